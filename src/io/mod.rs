@@ -1,0 +1,4 @@
+//! Files: scenes in, images out.
+
+pub mod gltf;
+pub mod image;

@@ -1,0 +1,11 @@
+//! Caustica renders refractive caustics, direct and indirect.
+
+pub mod camera;
+pub mod emitter;
+pub mod geometry;
+pub mod intersect;
+pub mod io;
+pub mod math;
+pub mod render;
+pub mod scatter;
+pub mod scene;

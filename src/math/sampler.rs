@@ -1,0 +1,98 @@
+//! The random number stream: a function of (seed, pixel, sample, stream, dimension) and of nothing
+//! else, so that an image does not depend on threads, tiles or time.
+
+use glam::Vec2;
+
+/// Which random decision sequence of a sample. Two sequences never share numbers, so switching one
+/// technique on or off leaves the others' paths as they were.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u64)]
+pub enum Stream {
+    /// The camera subpath.
+    Camera = 1,
+    /// The light subpath.
+    Light = 2,
+    /// Light points drawn for next-event estimation.
+    Connect = 3,
+    /// Decisions about caustic connections.
+    Caustic = 4,
+}
+
+/// A counter-based generator: SplitMix64 (Steele, Lea, Flood 2014) whose starting point is a hash of
+/// the key. The n-th call returns dimension n.
+#[derive(Clone, Debug)]
+pub struct Sampler {
+    state: u64,
+}
+
+const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
+
+#[inline]
+fn mix(mut z: u64) -> u64 {
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
+impl Sampler {
+    /// The stream of one sample of one pixel.
+    #[inline]
+    pub fn new(seed: u64, pixel: u32, sample: u32, stream: Stream) -> Sampler {
+        let key = mix(seed ^ GOLDEN).wrapping_add((pixel as u64) << 32 | sample as u64);
+        Sampler { state: mix(mix(key).wrapping_add((stream as u64).wrapping_mul(GOLDEN))) }
+    }
+
+    #[inline]
+    fn next_u64(&mut self) -> u64 {
+        self.state = self.state.wrapping_add(GOLDEN);
+        mix(self.state)
+    }
+
+    /// Uniform in `[0, 1)`, 24 bits.
+    #[inline]
+    pub fn next_1d(&mut self) -> f32 {
+        (self.next_u64() >> 40) as f32 * (1.0 / (1u64 << 24) as f32)
+    }
+
+    /// Uniform in `[0, 1)²`.
+    #[inline]
+    pub fn next_2d(&mut self) -> Vec2 {
+        let bits = self.next_u64();
+        let scale = 1.0 / (1u64 << 24) as f32;
+        Vec2::new((bits >> 40) as f32 * scale, ((bits >> 8) & 0xff_ffff) as f32 * scale)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn neighbouring_keys_give_uncorrelated_uniform_numbers() {
+        let n = 40_000;
+        let first = |pixel, sample, stream| Sampler::new(7, pixel, sample, stream).next_1d() as f64;
+        let mut sums = [0.0; 4];
+        for i in 0..n {
+            let a = first(i, 0, Stream::Camera) - 0.5;
+            sums[0] += a;
+            sums[1] += a * (first(i + 1, 0, Stream::Camera) - 0.5);
+            sums[2] += a * (first(i, 1, Stream::Camera) - 0.5);
+            sums[3] += a * (first(i, 0, Stream::Light) - 0.5);
+        }
+        // Standard errors: 1/sqrt(12 n) for the mean, 1/(12 sqrt n) for a product of two; 4 sigma.
+        let n = n as f64;
+        assert!((sums[0] / n).abs() < 4.0 / (12.0 * n).sqrt());
+        for s in &sums[1..] {
+            assert!((s / n).abs() < 4.0 / (12.0 * n.sqrt()), "correlation {}", s / n);
+        }
+    }
+
+    #[test]
+    fn the_same_key_gives_the_same_numbers() {
+        let mut a = Sampler::new(1, 2, 3, Stream::Light);
+        let mut b = Sampler::new(1, 2, 3, Stream::Light);
+        for _ in 0..10 {
+            assert_eq!(a.next_2d(), b.next_2d());
+        }
+    }
+}

@@ -1,0 +1,6 @@
+//! Running a render: settings, threads, progress, cancel, film.
+
+pub mod image;
+pub mod job;
+
+pub use image::Image;

@@ -1,0 +1,219 @@
+//! What a host or a file says about a scene. Plain data: anything may be wrong in it until
+//! [`super::commit`] has looked.
+
+use crate::math::Rgb;
+use glam::{DAffine3, DVec3};
+
+/// A scene as described, before validation.
+///
+/// Metres, right-handed, y up as in glTF; radiance in W/(m² sr) per channel, linear Rec. 709.
+#[derive(Clone, Debug, Default)]
+pub struct Description {
+    /// Triangle meshes, in their own space; drawn where an [`Instance`] refers to them.
+    pub meshes: Vec<MeshDescription>,
+    /// Surface descriptions, referred to by instances.
+    pub materials: Vec<Material>,
+    /// What stands in the scene.
+    pub instances: Vec<Instance>,
+    /// Lights that are not surfaces.
+    pub lights: Vec<Light>,
+    /// Radiance that arrives from infinity, the same from everywhere; zero for none.
+    pub environment: Rgb,
+    /// Viewpoints.
+    pub cameras: Vec<Camera>,
+}
+
+/// A triangle mesh.
+#[derive(Clone, Debug, Default)]
+pub struct MeshDescription {
+    /// For messages.
+    pub name: String,
+    /// Vertex positions.
+    pub positions: Vec<[f32; 3]>,
+    /// Vertex normals, one per position, any non-zero length; empty for flat shading.
+    pub normals: Vec<[f32; 3]>,
+    /// Vertex indices, counter-clockwise seen from the front.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// A shape placed in the scene.
+#[derive(Clone, Debug)]
+pub struct Instance {
+    /// For messages.
+    pub name: String,
+    /// Its shape.
+    pub geometry: Geometry,
+    /// Index into [`Description::materials`].
+    pub material: usize,
+    /// Object to world. A mirroring transform keeps the front side the front side.
+    pub transform: DAffine3,
+}
+
+/// The shape of an instance.
+#[derive(Clone, Copy, Debug)]
+pub enum Geometry {
+    /// Index into [`Description::meshes`].
+    Mesh(usize),
+    /// A sphere about the instance's origin; the transform may scale it uniformly only.
+    Sphere {
+        /// Radius, positive.
+        radius: f64,
+    },
+}
+
+/// A surface.
+#[derive(Clone, Debug)]
+pub struct Material {
+    /// For messages.
+    pub name: String,
+    /// How it scatters.
+    pub scattering: Scattering,
+    /// Emitted radiance, W/(m² sr).
+    pub emission: Rgb,
+    /// Whether the back side emits too.
+    pub emission_two_sided: bool,
+}
+
+/// How a surface scatters. Roughness is perceptual: the GGX width is its square.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Scattering {
+    /// Lambertian, both sides.
+    Diffuse {
+        /// Albedo, `[0, 1]`.
+        reflectance: Rgb,
+    },
+    /// The boundary of a solid or liquid: refraction with exact Fresnel terms.
+    Dielectric {
+        /// What is behind the surface (against its normal).
+        inside: Medium,
+        /// What is before it; vacuum unless this surface separates two materials.
+        outside: Medium,
+        /// 0 for smooth.
+        roughness: f32,
+        /// Multiplies transmitted light; white for clear glass.
+        tint: Rgb,
+    },
+    /// A sheet without thickness, which transmits straight on.
+    ThinDielectric {
+        /// Refractive index of the sheet.
+        ior: f32,
+        /// 0 for smooth.
+        roughness: f32,
+        /// Multiplies transmitted light.
+        tint: Rgb,
+    },
+    /// A metal with Schlick's Fresnel term.
+    Conductor {
+        /// Reflectance at normal incidence.
+        reflectance: Rgb,
+        /// 0 for a mirror.
+        roughness: f32,
+    },
+    /// The glTF 2.0 metallic-roughness model with `KHR_materials_ior`, `_specular`, `_transmission`
+    /// and `_volume`.
+    MetallicRoughness(MetallicRoughness),
+}
+
+/// A homogeneous medium that refracts and may absorb.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Medium {
+    /// Refractive index relative to vacuum, at least 1.
+    pub ior: f32,
+    /// Absorption coefficient, 1/m.
+    pub absorption: Rgb,
+}
+
+impl Medium {
+    /// Index 1, no absorption.
+    pub const VACUUM: Medium = Medium { ior: 1.0, absorption: Rgb::ZERO };
+}
+
+/// Parameters of the glTF material, Khronos glTF 2.0 specification, appendix B.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MetallicRoughness {
+    /// Linear, `[0, 1]`.
+    pub base_color: Rgb,
+    /// `[0, 1]`.
+    pub metallic: f32,
+    /// Perceptual, `[0, 1]`.
+    pub roughness: f32,
+    /// Refractive index of the dielectric part.
+    pub ior: f32,
+    /// Strength of the dielectric reflection, `[0, 1]`; 0 leaves a Lambertian base.
+    pub specular: f32,
+    /// Colour of the dielectric reflection at normal incidence.
+    pub specular_color: Rgb,
+    /// Share of the dielectric base that transmits instead of scattering diffusely, `[0, 1]`.
+    pub transmission: f32,
+    /// Whether transmission enters a solid (`KHR_materials_volume` thickness > 0) or a thin sheet.
+    pub solid: bool,
+    /// Absorption coefficient of the solid, 1/m.
+    pub absorption: Rgb,
+}
+
+/// A light that is not a surface.
+#[derive(Clone, Debug)]
+pub struct Light {
+    /// For messages.
+    pub name: String,
+    /// Its kind.
+    pub kind: LightKind,
+}
+
+/// Kinds of lights that are not surfaces.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LightKind {
+    /// The same intensity in all directions.
+    Point {
+        /// World space.
+        position: DVec3,
+        /// Radiant intensity, W/sr.
+        intensity: Rgb,
+    },
+    /// A point light within a cone (`KHR_lights_punctual`'s recommended falloff between the cones).
+    Spot {
+        /// World space.
+        position: DVec3,
+        /// Axis, any non-zero length.
+        direction: DVec3,
+        /// Radiant intensity on the axis, W/sr.
+        intensity: Rgb,
+        /// Half-angle of full intensity, radians.
+        inner: f64,
+        /// Half-angle where it reaches zero, radians; above `inner`, at most pi/2.
+        outer: f64,
+    },
+    /// Parallel light.
+    Directional {
+        /// The way the light travels, any non-zero length.
+        direction: DVec3,
+        /// Irradiance on a surface perpendicular to it, W/m².
+        irradiance: Rgb,
+    },
+}
+
+/// A viewpoint: looks along -z of its own space, y up.
+#[derive(Clone, Debug)]
+pub struct Camera {
+    /// For messages and for choosing one.
+    pub name: String,
+    /// Camera to world; scaling is ignored.
+    pub transform: DAffine3,
+    /// Its projection.
+    pub projection: Projection,
+}
+
+/// How a camera maps directions to the film. The film's aspect ratio comes from the image size.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// Pinhole.
+    Perspective {
+        /// Full vertical field of view, radians.
+        yfov: f64,
+    },
+    /// Parallel.
+    Orthographic {
+        /// Half the height of the film, metres.
+        ymag: f64,
+    },
+}

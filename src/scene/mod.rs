@@ -1,0 +1,36 @@
+//! From what a host says ([`description`]) to what is rendered ([`World`]).
+
+pub mod description;
+pub mod world;
+
+pub use world::{CommitOptions, World};
+
+/// What is wrong with a description.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SceneError {
+    /// A value is out of range.
+    #[error("{kind} {index} '{name}': {field} is {value}; {expected}")]
+    Invalid {
+        /// "mesh", "material", "instance", "light", "camera".
+        kind: &'static str,
+        /// Its index in the description.
+        index: usize,
+        /// Its name.
+        name: String,
+        /// The field, with its own index where it is a list: `positions[3].y`.
+        field: String,
+        /// What was given.
+        value: String,
+        /// What would do.
+        expected: String,
+    },
+    /// Nothing to render.
+    #[error("the scene has no {0}")]
+    Empty(&'static str),
+    /// Too large for the memory or for 32-bit indices.
+    #[error("{0}")]
+    TooLarge(String),
+    /// The ray tracer failed.
+    #[error("{0}")]
+    Backend(String),
+}
