@@ -8,6 +8,7 @@ use crate::integrator::bdpt::{self, View};
 use crate::integrator::{Contribution, Observer, Sample, path};
 use crate::scene::World;
 use crate::transport::Tracer;
+use glam::Vec2;
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -241,7 +242,8 @@ pub fn render(
     let start = Instant::now();
     let threads = pool::thread_count(settings.threads);
     let camera = Camera::new(&world.cameras[settings.camera], settings.width, settings.height);
-    let view = View { medium: world.camera_medium(&camera), camera, width: settings.width, height: settings.height };
+    let center = camera.generate(Vec2::new(settings.width as f32, settings.height as f32) / 2.0).0;
+    let view = View { medium: world.medium_at(center), camera, width: settings.width, height: settings.height };
     let passes = Passes::new(settings)?;
     let rays = AtomicU64::new(0);
     let last_report = Mutex::new(start);

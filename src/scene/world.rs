@@ -2,7 +2,6 @@
 
 use super::description::{self, Description, Geometry, Instance, Medium, MeshDescription};
 use super::{SceneError, fingerprint, validate};
-use crate::camera::Camera;
 use crate::emitter::Lights;
 use crate::geometry::{Mesh, Ray, Shape, Sphere, SurfacePoint};
 use crate::intersect::{self, Backend, Intersector};
@@ -198,12 +197,6 @@ impl World {
     /// along a ray, vacuum if there is none. Surfaces that do not refract are passed.
     pub fn medium_at(&self, p: Vec3) -> MediumId {
         self.probe(Ray { origin: p, direction: Vec3::Y, t_max: f32::INFINITY })
-    }
-
-    /// The medium that a camera looks through.
-    pub fn camera_medium(&self, camera: &Camera) -> MediumId {
-        let (origin, direction) = camera.generate(camera.center());
-        self.probe(Ray { origin, direction, t_max: f32::INFINITY })
     }
 
     fn probe(&self, mut ray: Ray) -> MediumId {

@@ -4,7 +4,7 @@
 //! Each returns the unweighted contribution and its weight, or nothing; a pair is first tested for a
 //! zero of its scattering functions, then for visibility.
 
-use super::vertex::{LightVertex, Vertex};
+use super::vertex::LightVertex;
 use super::{Tracer, weight};
 use crate::camera::{Camera, Endpoint};
 use crate::geometry::Ray;
