@@ -102,9 +102,8 @@ impl Bsdf {
                 metallic_roughness::compile(m)
             }
         };
-        let mut lobes = mixture.lobes();
-        let lambert = match (lobes.next(), lobes.next()) {
-            (Some(&Lobe::Lambert(l)), None) => Some(l),
+        let lambert = match mixture.only() {
+            Some(&Lobe::Lambert(l)) => Some(l),
             _ => None,
         };
         let connectable = mixture.lobes().any(Lobe::connectable);
