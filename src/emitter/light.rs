@@ -112,6 +112,15 @@ impl Light {
         }
     }
 
+    /// Its place, if it is a point.
+    pub(super) fn position(&self) -> Option<Vec3> {
+        match self {
+            Light::Point(light) => Some(light.position),
+            Light::Spot(light) => Some(light.position),
+            Light::Mesh(_) | Light::Sphere(_) | Light::Directional(_) | Light::Environment(_) => None,
+        }
+    }
+
     /// Whether a camera path can hit it.
     #[inline]
     pub(super) fn hittable(&self) -> bool {

@@ -210,6 +210,17 @@ impl Lights {
         self.of_shape.get(shape as usize).copied().flatten()
     }
 
+    /// The light index of the environment.
+    #[inline]
+    pub fn environment(&self) -> Option<u32> {
+        self.environment
+    }
+
+    /// Position of a light that is a point.
+    pub fn position(&self, light: u32) -> Option<Vec3> {
+        self.lights[light as usize].position()
+    }
+
     /// Radiance that the surface point of light `light` sends along `direction` (leaving the
     /// surface), with its densities for the receiver there; `None` where it is dark.
     #[inline]
@@ -249,8 +260,10 @@ impl Lights {
         (self.probability(light) * l.position_density(), l.direction_density(at, direction))
     }
 
+    /// The densities of light vertex `at` for a path that leaves it along `direction`, and for a
+    /// receiver there.
     #[inline]
-    fn densities(
+    pub fn densities(
         &self,
         shapes: &[Shape],
         light: u32,
