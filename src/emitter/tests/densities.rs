@@ -46,7 +46,7 @@ fn all_techniques_get_the_same_bits() {
 #[test]
 fn the_far_side_of_a_sphere_is_not_drawn() {
     let scene = scene(vec![(ball(Vec3::ZERO, 1.0), Rgb::ONE, true)], &[], Rgb::ZERO);
-    let at = |n| Endpoint::Surface(Sphere { center: Vec3::ZERO, radius: 1.0 }.at_normal(n));
+    let at = |n: Vec3| Endpoint::Surface(Sphere { center: Vec3::ZERO, radius: 1.0 }.at(n.as_dvec3()));
     let receiver = Vec3::new(0.0, 3.0, 0.0);
     assert!(scene.lights.direct_density(&scene.shapes, 0, &at(Vec3::Y), receiver) > 0.0);
     assert_eq!(scene.lights.direct_density(&scene.shapes, 0, &at(Vec3::NEG_Y), receiver), 0.0);

@@ -81,7 +81,7 @@ impl Scene {
                     let (x, y) = (q.cross(b).dot(n) / n.length_squared(), a.cross(q).dot(n) / n.length_squared());
                     if t > 0.0 && (0.0..1.0).contains(&x) && (0.0..1.0).contains(&y) {
                         let (p, ng) = ((q + corner).as_vec3(), n.normalize().as_vec3());
-                        found.push(SurfacePoint { p, ng, ns: ng, offset: 0.0, shape: i as u32, primitive: 0 });
+                        found.push(SurfacePoint { p, ng, ns: ng, shape: i as u32, ..mesh.surface(0, 0.0, 0.0) });
                     }
                 }
                 Shape::Sphere(s) => {
@@ -91,8 +91,8 @@ impl Scene {
                     for sign in [-1.0, 1.0] {
                         let t = -half + sign * discriminant.sqrt();
                         if t > 0.0 {
-                            let n = (c + direction * t).normalize().as_vec3();
-                            found.push(SurfacePoint { shape: i as u32, ..s.at_normal(n) });
+                            let n = (c + direction * t).normalize();
+                            found.push(SurfacePoint { shape: i as u32, ..s.at(n) });
                         }
                     }
                 }

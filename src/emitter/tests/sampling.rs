@@ -73,7 +73,7 @@ fn seen_cap(center: Vec3, radius: f32, receiver: Vec3, seed: u64) -> Fit {
         let h = cap * (x * log).exp_m1() / spread;
         let sin = (h * (2.0 - h)).sqrt();
         let n = axis * (1.0 - h) + (s * phi.cos() + t * phi.sin()) * sin;
-        let at = SurfacePoint { shape: 0, ..Sphere { center, radius }.at_normal(n.as_vec3()) };
+        let at = SurfacePoint { shape: 0, ..Sphere { center, radius }.at(n) };
         let area = scene.lights.direct_density(&scene.shapes, 0, &Endpoint::Surface(at), receiver);
         area * f64::from(radius).powi(2) * cap * log / spread * (x * log).exp()
     })
