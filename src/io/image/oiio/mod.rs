@@ -56,7 +56,7 @@ pub(super) fn encode(format: Format, picture: &Picture, metadata: &Metadata) -> 
 /// The image in the bytes of a file, linear.
 pub(super) fn decode(format: Format, file: &[u8]) -> Result<Image, Failure> {
     let module = module::get()?;
-    let name = c_string(&format!("memory.{}", format.name()))?;
+    let name = c_string(format.name())?;
     let mut decoded = Decoded { file: file.len(), ..Decoded::default() };
     let called = call(|message, capacity| {
         // SAFETY: `name`, `file` and `decoded` outlive the call; the length is the file's; `buffer`
@@ -165,8 +165,10 @@ impl Attribute {
         // EXR spells it so; the other formats know it under OpenImageIO's own name.
         let software = if format == Format::Exr { "software" } else { "Software" };
         let mut all = vec![text(software, SOFTWARE)?];
-        if format != Format::Exr {
-            all.push(text("ImageDescription", &metadata.description())?);
+        let description = metadata.description();
+        // An empty one trips an assertion of OpenImageIO's IPTC writer, which ends the process.
+        if format != Format::Exr && !description.is_empty() {
+            all.push(text("ImageDescription", &description)?);
         }
         match format {
             Format::Exr => {
