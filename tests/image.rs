@@ -10,8 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use tempfile::TempDir;
 
-const FORMATS: &[&str] =
-    if cfg!(feature = "oiio") { &["exr", "png", "tif", "jpg", "hdr"] } else { &["exr"] };
+const FORMATS: &[&str] = if cfg!(feature = "oiio") { &["exr", "png", "tif", "jpg", "hdr"] } else { &["exr"] };
 const HALF: WriteOptions = WriteOptions { image_io: ImageIo::Auto, exposure: 0.0, half: true };
 const FLOAT: WriteOptions = WriteOptions { half: false, ..HALF };
 
@@ -122,7 +121,8 @@ fn a_link_stays_and_its_target_is_replaced() {
 fn values_that_a_format_cannot_hold_are_counted() {
     let directory = TempDir::new().unwrap();
     let path = directory.path().join("a.exr");
-    let odd = row(&[Rgb::new(f32::NAN, 1.0, 1.0), Rgb::new(1.0, f32::INFINITY, 1.0), Rgb::new(1e6, 2.0, -1e6), Rgb::ONE]);
+    let odd =
+        row(&[Rgb::new(f32::NAN, 1.0, 1.0), Rgb::new(1.0, f32::INFINITY, 1.0), Rgb::new(1e6, 2.0, -1e6), Rgb::ONE]);
     let written = write(&path, &odd, &Metadata::new(), &HALF).unwrap();
     assert_eq!((written.non_finite, written.clamped), (2, 1));
     assert_eq!(read(&path).unwrap(), row(&[Rgb::ZERO, Rgb::ZERO, Rgb::new(65504.0, 2.0, -65504.0), Rgb::ONE]));
@@ -249,6 +249,24 @@ fn damaged_files_are_errors() {
     assert!(matches!(error, ImageError::Io { .. }), "{error}");
 }
 
+/// Long and empty texts: OpenImageIO's IPTC writer ends the process at an empty description, its JPEG
+/// writer at one of more than 64 KiB.
+#[test]
+fn any_length_of_metadata_can_be_written() {
+    let directory = TempDir::new().unwrap();
+    for format in FORMATS {
+        let path = directory.path().join(format!("a.{format}"));
+        for length in [0, 1, 255, 70_000] {
+            let mut metadata = Metadata::new();
+            metadata.set("settings", "x".repeat(length));
+            for metadata in [metadata, Metadata::new()] {
+                write(&path, &picture(), &metadata, &HALF).unwrap();
+                assert_eq!(read(&path).unwrap().width, 37);
+            }
+        }
+    }
+}
+
 /// A header that claims 2^30 x 2^30 pixels must not take the memory for them.
 #[test]
 fn absurd_sizes_are_errors() {
@@ -321,7 +339,10 @@ mod openimageio {
             assert!(s.chromaticities.is_some() && s.chromaticities == t.chromaticities);
             let (o, p) = (&a.own_attributes, &b.own_attributes);
             assert!(o.software_name.is_some() && o.software_name == p.software_name, "{:?}", p);
-            assert_eq!((o.screen_window_center, o.screen_window_width), (p.screen_window_center, p.screen_window_width));
+            assert_eq!(
+                (o.screen_window_center, o.screen_window_width),
+                (p.screen_window_center, p.screen_window_width)
+            );
             assert_eq!(o.other.len(), 7);
             for (name, value) in &o.other {
                 assert_eq!(p.other.get(name), Some(value), "{name}");
@@ -370,18 +391,23 @@ mod openimageio {
     fn png_holds_srgb_codes() {
         let directory = TempDir::new().unwrap();
         let path = directory.path().join("a.png");
-        let image = row(&[Rgb::splat(0.5), Rgb::new(0.0, 1.0, 8.0), Rgb::new(0.18, 0.25, 0.001), Rgb::new(f32::NAN, 1.0, 1.0)]);
+        let image =
+            row(&[Rgb::splat(0.5), Rgb::new(0.0, 1.0, 8.0), Rgb::new(0.18, 0.25, 0.001), Rgb::new(f32::NAN, 1.0, 1.0)]);
         let codes = |options: &WriteOptions| {
             let written = write(&path, &image, &Metadata::new(), options).unwrap();
             assert_eq!((written.non_finite, written.clamped), (1, 0));
             let (_, text) = oiiotool(&["--dumpdata"], &path, &[]);
-            let pixel = |line: &str| line.split_once("): ").map(|(_, v)| v.split(" (").next().unwrap().trim().to_owned());
+            let pixel =
+                |line: &str| line.split_once("): ").map(|(_, v)| v.split(" (").next().unwrap().trim().to_owned());
             text.lines().filter_map(pixel).collect::<Vec<_>>()
         };
         assert_eq!(codes(&HALF), ["188 188 188", "0 255 255", "118 137 3", "0 0 0"]);
         // One stop down: 0.25 -> 137, 0.5 -> 188, 4 -> 255, 0.09 -> 84.9, 0.125 -> 99.1, 0.0005 -> 1.6.
         assert_eq!(codes(&WriteOptions { exposure: -1.0, ..HALF }), ["137 137 137", "0 188 255", "85 99 2", "0 0 0"]);
-        assert_eq!(codes(&WriteOptions { exposure: 200.0, ..HALF }), ["255 255 255", "0 255 255", "255 255 255", "0 0 0"]);
+        assert_eq!(
+            codes(&WriteOptions { exposure: 200.0, ..HALF }),
+            ["255 255 255", "0 255 255", "255 255 255", "0 0 0"]
+        );
     }
 
     #[test]
@@ -399,7 +425,8 @@ mod openimageio {
         write(&at("a.hdr"), &image, &metadata(), &exposed).unwrap();
         let difference = relative_difference(&read(&at("a.hdr")).unwrap(), &image);
         assert!(difference <= 1.0 / 128.0 && difference > 0.0, "{difference}");
-        let written = write(&at("a.hdr"), &row(&[Rgb::new(-1.0, 0.5, 1.0), Rgb::splat(f32::MAX)]), &metadata(), &HALF).unwrap();
+        let written =
+            write(&at("a.hdr"), &row(&[Rgb::new(-1.0, 0.5, 1.0), Rgb::splat(f32::MAX)]), &metadata(), &HALF).unwrap();
         assert_eq!(written.clamped, 2);
         let back = read(&at("a.hdr")).unwrap();
         assert_eq!(back.pixels[0], Rgb::new(0.0, 0.5, 1.0));
@@ -419,6 +446,17 @@ mod openimageio {
         }
     }
 
+    /// The JPEG writer ends the process there.
+    #[test]
+    fn jpeg_has_a_largest_size() {
+        let directory = TempDir::new().unwrap();
+        let path = directory.path().join("a.jpg");
+        write(&path, &row(&vec![Rgb::ONE; 65_500]), &Metadata::new(), &HALF).unwrap();
+        let error = write(&path, &row(&vec![Rgb::ONE; 65_501]), &Metadata::new(), &HALF).unwrap_err();
+        assert!(error.to_string().contains("65501x1 is too large for JPEG"), "{error}");
+        assert_eq!(read(&path).unwrap().width, 65_500);
+    }
+
     #[test]
     fn grey_alpha_and_other_layouts_are_read() {
         let directory = TempDir::new().unwrap();
@@ -432,19 +470,70 @@ mod openimageio {
         assert_eq!(read(&at("grey.exr")).unwrap().pixels, vec![Rgb::splat(0.5); 32]);
         // Tiles, unsigned integers, more channels in an order of their own, an offset data window.
         let odd = [
-            "--pattern", "constant:color=1,2,3,4,5", "40x33", "5", "--chnames", "Z,B,A,R,G", "--origin", "+3-5", "--tile", "16", "16",
-            "-d", "float", "--compression", "piz", "-o",
+            "--pattern",
+            "constant:color=1,2,3,4,5",
+            "40x33",
+            "5",
+            "--chnames",
+            "Z,B,A,R,G",
+            "--origin",
+            "+3-5",
+            "--tile",
+            "16",
+            "16",
+            "-d",
+            "float",
+            "--compression",
+            "piz",
+            "-o",
         ];
         make(&odd, &at("odd.exr"));
         let image = read(&at("odd.exr")).unwrap();
         assert_eq!((image.width, image.height), (40, 33));
         assert_eq!(image.pixels, vec![Rgb::new(4.0, 5.0, 2.0); 40 * 33]);
         // Alpha of 0 must not blacken the colour.
-        make(&["--pattern", "constant:color=1,1,1,0", "4x4", "4", "--attrib:type=int", "oiio:UnassociatedAlpha", "1", "-d", "uint8", "-o"], &at("a.png"));
+        make(
+            &[
+                "--pattern",
+                "constant:color=1,1,1,0",
+                "4x4",
+                "4",
+                "--attrib:type=int",
+                "oiio:UnassociatedAlpha",
+                "1",
+                "-d",
+                "uint8",
+                "-o",
+            ],
+            &at("a.png"),
+        );
         assert_eq!(read(&at("a.png")).unwrap().pixels, vec![Rgb::ONE; 16]);
         // 16-bit integers are sRGB too: 0.735357 is the code of 0.5.
         make(&["--pattern", "constant:color=0.735357", "4x4", "1", "-d", "uint16", "-o"], &at("b.png"));
         assert!(read(&at("b.png")).unwrap().pixels.iter().all(|p| (*p - Rgb::splat(0.5)).abs().max_element() < 2e-5));
+        for compression in ["none", "rle", "zips", "piz", "pxr24", "b44", "dwaa"] {
+            make(
+                &[
+                    "--pattern",
+                    "constant:color=0.25,0.5,1",
+                    "40x33",
+                    "3",
+                    "--compression",
+                    compression,
+                    "-d",
+                    "half",
+                    "-o",
+                ],
+                &at("d.exr"),
+            );
+            match read(&at("d.exr")) {
+                Ok(image) => assert_eq!(image.pixels, vec![Rgb::new(0.25, 0.5, 1.0); 40 * 33], "{compression}"),
+                Err(error) => assert!(
+                    ["b44", "dwaa"].contains(&compression) && error.to_string().contains("--compression zip"),
+                    "{error}"
+                ),
+            }
+        }
         make(&["--pattern", "constant:color=1", "4x4", "1", "--chnames", "depth", "-o"], &at("c.exr"));
         assert!(matches!(read(&at("c.exr")), Err(ImageError::Unsupported { .. })));
     }

@@ -153,11 +153,8 @@ mod tests {
     #[test]
     fn constant_images_give_the_closed_values() {
         // Powers of two: every f32 is exact.
-        let c = compare(
-            &image(4, 3, |_| Rgb::new(0.75, 0.5, 0.0)),
-            &image(4, 3, |_| Rgb::new(0.5, 0.5, 0.25)),
-        )
-        .unwrap();
+        let c =
+            compare(&image(4, 3, |_| Rgb::new(0.75, 0.5, 0.0)), &image(4, 3, |_| Rgb::new(0.5, 0.5, 0.25))).unwrap();
         assert_eq!(c.mean, [0.75, 0.5, 0.0]);
         assert_eq!(c.bias, [0.5, 0.0, -1.0]);
         // 0.25 * (0.212639 - 0.072192) / (0.5 * 0.927808 + 0.25 * 0.072192)
