@@ -196,7 +196,7 @@ def scenes() -> list[Scene]:
         glass_sphere(), slab(),
         furnace("furnace"),
         furnace("furnace_dielectric", Object("ball", ball, GLASS)),
-        furnace("furnace_rough", Object("ball", ball, Glass("rough glass", 1.5, 0.2))),
+        furnace("furnace_rough", Object("ball", ball, Glass("rough glass", 1.5, 0.1))),
         furnace_environment(),
         rough_glass(), smooth_normals(), demo(),
     ]
