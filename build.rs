@@ -1,2 +1,10 @@
 //! Finds Embree and OpenImageIO, binds and compiles. No other decision.
-fn main() {}
+
+#[cfg(feature = "oiio")]
+#[path = "build/oiio.rs"]
+mod oiio;
+
+fn main() {
+    #[cfg(feature = "oiio")]
+    oiio::openimageio();
+}

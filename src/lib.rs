@@ -3,9 +3,11 @@
 pub mod camera;
 pub mod emitter;
 pub mod geometry;
+pub mod integrator;
 pub mod intersect;
 pub mod io;
 pub mod math;
 pub mod render;
 pub mod scatter;
 pub mod scene;
+pub mod transport;

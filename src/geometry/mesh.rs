@@ -28,7 +28,19 @@ impl Mesh {
 
     /// The surface at barycentrics `u` (of the second vertex) and `v` (of the third).
     #[inline]
-    pub fn surface(&self, _triangle: u32, _u: f32, _v: f32) -> SurfacePoint {
-        todo!()
+    pub fn surface(&self, triangle: u32, u: f32, v: f32) -> SurfacePoint {
+        let [a, b, c] = self.corners(triangle);
+        let ng = (b - a).as_dvec3().cross((c - a).as_dvec3()).normalize_or_zero().as_vec3();
+        let ns = match self.normals[..] {
+            [] => ng,
+            _ => {
+                let [na, nb, nc] = self.triangles[triangle as usize].map(|i| self.normals[i as usize]);
+                let n = (na * (1.0 - u - v) + nb * u + nc * v).normalize_or(ng);
+                if n.dot(ng) > 0.0 { n } else { ng }
+            }
+        };
+        let largest = a.abs().max(b.abs()).max(c.abs()).max_element();
+        let p = a * (1.0 - u - v) + b * u + c * v;
+        SurfacePoint { p, ng, ns, offset: 8.0 * f32::EPSILON * largest, shape: 0, primitive: triangle }
     }
 }
