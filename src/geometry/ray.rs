@@ -36,7 +36,7 @@ impl Ray {
     #[inline]
     pub fn between(from: &SurfacePoint, to: &SurfacePoint) -> Ray {
         let d = to.p - from.p;
-        let (origin, end) = (from.offset(d), to.offset(-d));
+        let (origin, end) = (from.offset(d), to.offset_from(-d));
         Ray { origin, direction: end - origin, t_max: 1.0 }
     }
 
