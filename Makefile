@@ -7,7 +7,6 @@
 PREFIX  ?= /usr/local
 DESTDIR ?=
 VERSION := $(shell sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -n 1)
-MAJOR   := $(firstword $(subst ., ,$(VERSION)))
 TARGET  := $(or $(CARGO_TARGET_DIR),target)
 # A Rust that rustup put into the home directory is not always on the PATH.
 export PATH := $(HOME)/.cargo/bin:$(PATH)
@@ -31,9 +30,6 @@ test: setup
 bench: setup
 	cargo bench --locked
 
-# Debian's layout within PREFIX; LIBDIR overrides it, e.g. LIBDIR=/usr/lib/x86_64-linux-gnu.
-LIBDIR  ?= $(PREFIX)/lib
 install: setup
 	cargo build --release --locked
-	PREFIX='$(PREFIX)' LIBDIR='$(LIBDIR)' DESTDIR='$(DESTDIR)' VERSION='$(VERSION)' \
-	  BUILT='$(TARGET)/release' scripts/install.sh
+	PREFIX='$(PREFIX)' DESTDIR='$(DESTDIR)' VERSION='$(VERSION)' BUILT='$(TARGET)/release' scripts/install.sh

@@ -1,12 +1,13 @@
 #!/usr/bin/env bash
 # Puts a release build in place; called by `make install`, which sets the variables.
 #   BUILT    folder with the built files            VERSION  of the library
-#   PREFIX, LIBDIR, DESTDIR                         where to: DESTDIR is for packagers, in no file's text
+#   PREFIX   where to                               DESTDIR  goes before it, in no file's text: for packagers
 set -euo pipefail
-: "${BUILT:?}" "${VERSION:?}" "${PREFIX:?}" "${LIBDIR:?}"
+: "${BUILT:?}" "${VERSION:?}" "${PREFIX:?}"
 
-lib=${DESTDIR:-}$LIBDIR
+case $PREFIX in /*) ;; *) echo "install: PREFIX is '$PREFIX'; an absolute path was expected" >&2; exit 1 ;; esac
 pre=${DESTDIR:-}$PREFIX
+lib=$pre/lib
 major=${VERSION%%.*}
 
 install -D -m 755 "$BUILT/caustica" "$pre/bin/caustica"
@@ -20,13 +21,11 @@ module=$BUILT/libcaustica_oiio.so
 [ ! -e "$module" ] || install -D -m 755 "$module" "$lib/caustica/libcaustica_oiio.so"
 install -D -m 644 -t "$pre/share/doc/caustica" README.md CHANGELOG.md LICENSE-MIT LICENSE-APACHE
 
-# Relative to the file itself, so that the installation can be moved as a whole.
-up=$(realpath -m --relative-to="$LIBDIR/pkgconfig" "$PREFIX")
-libdir=$(realpath -m --relative-to="$PREFIX" "$LIBDIR")
-mkdir -p "$lib/pkgconfig"
+# Relative to the files themselves, so that the installation can be moved as a whole.
+mkdir -p "$lib/pkgconfig" "$lib/cmake/caustica"
 cat >"$lib/pkgconfig/caustica.pc" <<END
-prefix=\${pcfiledir}/$up
-libdir=\${prefix}/$libdir
+prefix=\${pcfiledir}/../..
+libdir=\${prefix}/lib
 includedir=\${prefix}/include
 
 Name: caustica
@@ -35,24 +34,20 @@ Version: $VERSION
 Cflags: -I\${includedir}
 Libs: -L\${libdir} -lcaustica
 END
-
-cmake=$LIBDIR/cmake/caustica
-up=$(realpath -m --relative-to="$cmake" "$PREFIX")
-mkdir -p "${DESTDIR:-}$cmake"
-cat >"${DESTDIR:-}$cmake/causticaConfig.cmake" <<END
+cat >"$lib/cmake/caustica/causticaConfig.cmake" <<END
 # find_package(caustica) gives the target caustica::caustica.
-get_filename_component(_caustica_prefix "\${CMAKE_CURRENT_LIST_DIR}/$up" ABSOLUTE)
+get_filename_component(_caustica_prefix "\${CMAKE_CURRENT_LIST_DIR}/../../.." ABSOLUTE)
 if(NOT TARGET caustica::caustica)
   add_library(caustica::caustica SHARED IMPORTED)
   set_target_properties(caustica::caustica PROPERTIES
-    IMPORTED_LOCATION "\${_caustica_prefix}/$libdir/libcaustica.so.$VERSION"
+    IMPORTED_LOCATION "\${_caustica_prefix}/lib/libcaustica.so.$VERSION"
     IMPORTED_SONAME "libcaustica.so.$major"
     INTERFACE_INCLUDE_DIRECTORIES "\${_caustica_prefix}/include")
 endif()
 unset(_caustica_prefix)
 END
 # Before 1.0 only the same minor version is compatible.
-cat >"${DESTDIR:-}$cmake/causticaConfigVersion.cmake" <<END
+cat >"$lib/cmake/caustica/causticaConfigVersion.cmake" <<END
 set(PACKAGE_VERSION "$VERSION")
 if(PACKAGE_FIND_VERSION VERSION_EQUAL PACKAGE_VERSION)
   set(PACKAGE_VERSION_EXACT TRUE)
