@@ -1,8 +1,11 @@
 //! Cameras: primary rays, and the importance that a point in the scene has for the film.
 
+#[cfg(test)]
+mod tests;
+
 use crate::geometry::SurfacePoint;
 use crate::scene::description;
-use glam::{Vec2, Vec3};
+use glam::{DVec2, DVec3, Vec2, Vec3};
 
 /// Where a path ends: on a surface, at a point in space, or at infinity.
 #[derive(Clone, Copy, Debug)]
@@ -32,32 +35,107 @@ pub struct CameraConnection {
 
 /// A camera with its film size.
 #[derive(Clone, Debug)]
-pub struct Camera {}
+pub struct Camera {
+    origin: Vec3,
+    /// Unit, to the right on the film.
+    right: Vec3,
+    /// Unit, to the top of the film.
+    up: Vec3,
+    /// Unit, into the scene.
+    forward: Vec3,
+    projection: Projection,
+    /// Half the film's width and height: at unit distance for a pinhole, in metres for a parallel
+    /// projection.
+    half_film: Vec2,
+    /// Its area, in the same unit.
+    film_area: f64,
+    /// Film size in pixels.
+    pixels: Vec2,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Projection {
+    Pinhole,
+    Parallel,
+}
 
 impl Camera {
     /// From a validated description and an image size in pixels.
-    pub fn new(_description: &description::Camera, _width: u32, _height: u32) -> Camera {
-        todo!()
+    pub fn new(description: &description::Camera, width: u32, height: u32) -> Camera {
+        let axes = description.transform.matrix3;
+        // Up is kept in the plane of the given z and y; right follows, so that no transform mirrors.
+        let back = axes.z_axis.normalize_or(DVec3::Z);
+        let up = axes.y_axis.reject_from_normalized(back).try_normalize();
+        let up = up.unwrap_or_else(|| back.any_orthonormal_vector());
+        let (projection, half_height) = match description.projection {
+            description::Projection::Perspective { yfov } => (Projection::Pinhole, (0.5 * yfov).tan()),
+            description::Projection::Orthographic { ymag } => (Projection::Parallel, ymag),
+        };
+        let half_width = half_height * f64::from(width) / f64::from(height);
+        Camera {
+            origin: description.transform.translation.as_vec3(),
+            right: up.cross(back).as_vec3(),
+            up: up.as_vec3(),
+            forward: (-back).as_vec3(),
+            projection,
+            half_film: DVec2::new(half_width, half_height).as_vec2(),
+            film_area: 4.0 * half_width * half_height,
+            pixels: Vec2::new(width as f32, height as f32),
+        }
     }
 
     /// The primary ray through a raster position: origin and unit direction. Its sampling weight is 1.
-    pub fn generate(&self, _raster: Vec2) -> (Vec3, Vec3) {
-        todo!()
+    #[inline]
+    pub fn generate(&self, raster: Vec2) -> (Vec3, Vec3) {
+        let film = (2.0 * raster / self.pixels - Vec2::ONE) * self.half_film;
+        let offset = self.right * film.x - self.up * film.y;
+        match self.projection {
+            Projection::Pinhole => (self.origin, (self.forward + offset).normalize()),
+            Projection::Parallel => (self.origin + offset, self.forward),
+        }
     }
 
     /// The endpoint a path through this camera has: its pinhole or its direction of view.
+    #[inline]
     pub fn endpoint(&self) -> Endpoint {
-        todo!()
+        match self.projection {
+            Projection::Pinhole => Endpoint::Point(self.origin),
+            Projection::Parallel => Endpoint::Infinite(-self.forward),
+        }
     }
 
     /// The density of [`CameraConnection`] for a point that lies `distance` along the primary ray
     /// with unit direction `direction`.
-    pub fn density(&self, _direction: Vec3, _distance: f32) -> f64 {
-        todo!()
+    #[inline]
+    pub fn density(&self, direction: Vec3, distance: f32) -> f64 {
+        match self.projection {
+            Projection::Pinhole => {
+                let cos = self.forward.as_dvec3().dot(direction.as_dvec3());
+                if cos > 0.0 { 1.0 / (self.film_area * cos.powi(3) * f64::from(distance).powi(2)) } else { 0.0 }
+            }
+            Projection::Parallel => 1.0 / self.film_area,
+        }
     }
 
     /// How the camera sees `p`, if `p` projects onto the film.
-    pub fn connect(&self, _p: Vec3) -> Option<CameraConnection> {
-        todo!()
+    #[inline]
+    pub fn connect(&self, p: Vec3) -> Option<CameraConnection> {
+        let v = p.as_dvec3() - self.origin.as_dvec3();
+        let depth = v.dot(self.forward.as_dvec3());
+        if depth <= 0.0 {
+            return None;
+        }
+        let film = DVec2::new(v.dot(self.right.as_dvec3()), -v.dot(self.up.as_dvec3()));
+        let (film, wi, target, distance) = match self.projection {
+            Projection::Pinhole => {
+                let distance = v.length();
+                (film / depth, (v / -distance).as_vec3(), self.origin, distance)
+            }
+            Projection::Parallel => (film, -self.forward, p - self.forward * depth as f32, depth),
+        };
+        let film = film.as_vec2();
+        let raster = 0.5 * (film / self.half_film + Vec2::ONE) * self.pixels;
+        let inside = raster.cmpge(Vec2::ZERO).all() && raster.cmplt(self.pixels).all();
+        inside.then(|| CameraConnection { raster, wi, target, density: self.density(-wi, distance as f32) })
     }
 }

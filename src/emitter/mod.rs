@@ -4,12 +4,34 @@
 //! The densities are those of Georgiev et al. 2012 as tabulated in Speierer et al. 2018 setting:
 //! `R_m` generates the light vertex itself, `R_{m-1}` the next one, `D` draws the light vertex for a
 //! given receiver. A delta position or direction is left out of the measure.
+//!
+//! A density is a function of the light vertex, the direction and the receiver, never of the random
+//! numbers that drew them: whichever technique asks for it gets the same bits, and the weights of all
+//! techniques of one path sum to 1.
+//!
+//! Emission and next-event estimation choose a light with the same probabilities (`P` = `P'`): by
+//! power, mixed with a small uniform share.
+
+mod area;
+mod choose;
+mod infinite;
+mod light;
+mod point;
+mod sphere;
+mod spot;
+mod surface;
+#[cfg(test)]
+mod tests;
 
 use crate::camera::Endpoint;
 use crate::geometry::{Shape, SurfacePoint};
 use crate::math::Rgb;
 use crate::scene::description::{LightKind, Material};
-use glam::{Vec2, Vec3};
+use choose::Choice;
+use glam::{DVec3, Vec2, Vec3};
+use infinite::{Environment, SceneDisk};
+use light::{EmittedRay, Light, Link};
+use surface::SurfaceEmission;
 
 /// Densities that the weights need at a light vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,25 +83,62 @@ pub struct EmissionSample {
 }
 
 /// All lights of a scene and the choice among them.
-pub struct Lights {}
+#[derive(Clone, Debug)]
+pub struct Lights {
+    lights: Vec<Light>,
+    /// `None` if there are no lights.
+    choice: Option<Choice>,
+    /// The light that each shape is.
+    of_shape: Vec<Option<u32>>,
+    /// The light that the environment is.
+    environment: Option<u32>,
+}
 
 impl Lights {
     /// Collects the emissive shapes, the other lights and the environment. `materials[i]` belongs to
-    /// `shapes[i]`; `center` and `radius` bound the scene.
+    /// `shapes[i]`; `center` and `radius` bound the scene. What emits nothing is no light.
     pub fn new(
-        _shapes: &[Shape],
-        _materials: &[&Material],
-        _lights: &[LightKind],
-        _environment: Rgb,
-        _center: Vec3,
-        _radius: f32,
+        shapes: &[Shape],
+        materials: &[&Material],
+        lights: &[LightKind],
+        environment: Rgb,
+        center: Vec3,
+        radius: f32,
     ) -> Lights {
-        todo!()
+        let mut all = Vec::new();
+        let mut powers = Vec::new();
+        let mut add = |light: Light| {
+            let power = light.power().dot(LUMINANCE);
+            (power > 0.0).then(|| {
+                all.push(light);
+                powers.push(power);
+                all.len() as u32 - 1
+            })
+        };
+
+        let of_shape = (0u32..)
+            .zip(shapes.iter().zip(materials))
+            .map(|(i, (shape, material))| {
+                let emission = SurfaceEmission { radiance: material.emission, two_sided: material.emission_two_sided };
+                if emission.radiance == Rgb::ZERO {
+                    None
+                } else {
+                    Light::of_shape(i, shape, emission).and_then(&mut add)
+                }
+            })
+            .collect();
+        let disk = SceneDisk::new(center, radius);
+        for kind in lights {
+            add(Light::of_kind(kind, disk));
+        }
+        let environment = add(Light::Environment(Environment { radiance: environment, disk }));
+
+        Lights { choice: Choice::by_power(&powers), lights: all, of_shape, environment }
     }
 
     /// Number of lights; an emissive shape counts as one.
     pub fn len(&self) -> usize {
-        todo!()
+        self.lights.len()
     }
 
     /// Whether there is no light.
@@ -89,51 +148,143 @@ impl Lights {
 
     /// Whether any light can be hit by a camera path (emissive shape or environment).
     pub fn any_hittable(&self) -> bool {
-        todo!()
+        self.lights.iter().any(Light::hittable)
     }
 
-    /// Draws a light vertex for a receiver at `receiver`.
-    pub fn sample_direct(&self, _shapes: &[Shape], _receiver: Vec3, _u_light: f32, _u: Vec2) -> Option<DirectSample> {
-        todo!()
+    /// Draws a light vertex for a receiver at `receiver`. `None` where that vertex gives no light.
+    #[inline]
+    pub fn sample_direct(&self, shapes: &[Shape], receiver: Vec3, u_light: f32, u: Vec2) -> Option<DirectSample> {
+        let index = self.choice.as_ref()?.sample(u_light);
+        let light = &self.lights[index as usize];
+        let at = light.sample_for(shapes, receiver, u)?;
+        let link = Link::between(receiver, &at)?;
+        let wi = link.direction.as_vec3();
+
+        let emitted = light.emitted(&at, -wi);
+        let densities = self.densities(shapes, index, &at, -wi, receiver);
+        if emitted == Rgb::ZERO || densities.direct <= 0.0 {
+            return None;
+        }
+        let incident = scale(emitted, link.geometry.abs() / densities.direct);
+        Some(DirectSample { light: index, at, wi, incident, densities })
     }
 
-    /// Draws an emitted ray.
+    /// Draws an emitted ray. `None` if it carries nothing.
+    #[inline]
     pub fn sample_emission(
         &self,
-        _shapes: &[Shape],
-        _u_light: f32,
-        _u_position: Vec2,
-        _u_direction: Vec2,
+        shapes: &[Shape],
+        u_light: f32,
+        u_position: Vec2,
+        u_direction: Vec2,
     ) -> Option<EmissionSample> {
-        todo!()
+        let index = self.choice.as_ref()?.sample(u_light);
+        let light = &self.lights[index as usize];
+        let EmittedRay { at, origin, direction } = light.sample_ray(shapes, u_position, u_direction)?;
+
+        let emitted = light.emitted(&at, direction);
+        let (position, direction_density) = self.emission_densities(index, &at, direction);
+        if emitted == Rgb::ZERO || direction_density <= 0.0 {
+            return None;
+        }
+        let cos = match &at {
+            Endpoint::Surface(s) => s.ng.as_dvec3().dot(direction.as_dvec3()).abs(),
+            Endpoint::Point(_) | Endpoint::Infinite(_) => 1.0,
+        };
+        let beta = scale(emitted, cos / (position * direction_density));
+        let densities =
+            LightDensities { direct: 0.0, position, direction: direction_density, hittable: light.hittable() };
+        Some(EmissionSample { light: index, at, origin, direction, beta, densities })
     }
 
     /// `D`: density with which [`Lights::sample_direct`] from `receiver` draws the vertex `at` of
     /// light `light`.
-    pub fn direct_density(&self, _shapes: &[Shape], _light: u32, _at: &Endpoint, _receiver: Vec3) -> f64 {
-        todo!()
+    #[inline]
+    pub fn direct_density(&self, shapes: &[Shape], light: u32, at: &Endpoint, receiver: Vec3) -> f64 {
+        self.probability(light) * self.lights[light as usize].direct_density(shapes, receiver, at)
     }
 
     /// The light index of an emissive shape.
-    pub fn of_shape(&self, _shape: u32) -> Option<u32> {
-        todo!()
+    #[inline]
+    pub fn of_shape(&self, shape: u32) -> Option<u32> {
+        self.of_shape.get(shape as usize).copied().flatten()
+    }
+
+    /// The light index of the environment.
+    #[inline]
+    pub fn environment(&self) -> Option<u32> {
+        self.environment
+    }
+
+    /// Position of a light that is a point.
+    pub fn position(&self, light: u32) -> Option<Vec3> {
+        self.lights[light as usize].position()
     }
 
     /// Radiance that the surface point of light `light` sends along `direction` (leaving the
     /// surface), with its densities for the receiver there; `None` where it is dark.
+    #[inline]
     pub fn hit(
         &self,
-        _shapes: &[Shape],
-        _light: u32,
-        _at: &SurfacePoint,
-        _direction: Vec3,
-        _receiver: Vec3,
+        shapes: &[Shape],
+        light: u32,
+        at: &SurfacePoint,
+        direction: Vec3,
+        receiver: Vec3,
     ) -> Option<(Rgb, LightDensities)> {
-        todo!()
+        let at = Endpoint::Surface(*at);
+        let radiance = self.lights[light as usize].emitted(&at, direction);
+        (radiance != Rgb::ZERO).then(|| (radiance, self.densities(shapes, light, &at, direction, receiver)))
     }
 
     /// Radiance that arrives along a ray that left the scene in direction `direction`.
-    pub fn escape(&self, _direction: Vec3) -> Option<(Rgb, LightDensities)> {
-        todo!()
+    #[inline]
+    pub fn escape(&self, direction: Vec3) -> Option<(Rgb, LightDensities)> {
+        let light = self.environment?;
+        let at = Endpoint::Infinite(direction);
+        let radiance = self.lights[light as usize].emitted(&at, -direction);
+        // Infinite light has the same densities for every receiver.
+        Some((radiance, self.densities(&[], light, &at, -direction, Vec3::ZERO)))
     }
+
+    /// `P`, for emission and next-event estimation alike.
+    #[inline]
+    fn probability(&self, light: u32) -> f64 {
+        self.choice.as_ref().map_or(0.0, |c| c.probability(light))
+    }
+
+    /// `R_m`, and the density of the direction.
+    #[inline]
+    fn emission_densities(&self, light: u32, at: &Endpoint, direction: Vec3) -> (f64, f64) {
+        let l = &self.lights[light as usize];
+        (self.probability(light) * l.position_density(), l.direction_density(at, direction))
+    }
+
+    /// The densities of light vertex `at` for a path that leaves it along `direction`, and for a
+    /// receiver there.
+    #[inline]
+    pub fn densities(
+        &self,
+        shapes: &[Shape],
+        light: u32,
+        at: &Endpoint,
+        direction: Vec3,
+        receiver: Vec3,
+    ) -> LightDensities {
+        let (position, direction) = self.emission_densities(light, at, direction);
+        LightDensities {
+            direct: self.direct_density(shapes, light, at, receiver),
+            position,
+            direction,
+            hittable: self.lights[light as usize].hittable(),
+        }
+    }
+}
+
+/// Luminance in f64, where the power of a dim and tiny light does not vanish.
+const LUMINANCE: DVec3 = DVec3::new(0.212_639, 0.715_169, 0.072_192);
+
+#[inline]
+fn scale(c: Rgb, s: f64) -> Rgb {
+    (c.as_dvec3() * s).as_vec3()
 }

@@ -25,10 +25,11 @@ impl Shape {
     /// The surface at a hit of `ray`.
     #[inline]
     pub fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
-        match self {
+        let point = match self {
             Shape::Mesh(mesh) => mesh.surface(hit.primitive, hit.u, hit.v),
             Shape::Sphere(sphere) => sphere.surface(ray, hit.t),
-        }
+        };
+        SurfacePoint { shape: hit.shape, ..point }
     }
 
     /// World-space corners of the bounding box.

@@ -4,6 +4,15 @@
 use super::SurfacePoint;
 use glam::Vec3;
 
+/// Unit direction and squared length of the segment from `p` to `q`. Exactly antisymmetric: both ends
+/// of a connection see the same direction, bit for bit, up to its sign.
+#[inline]
+pub fn segment(p: Vec3, q: Vec3) -> (Vec3, f64) {
+    let d = q.as_dvec3() - p.as_dvec3();
+    let length_squared = d.length_squared();
+    ((d / length_squared.sqrt()).as_vec3(), length_squared)
+}
+
 /// A half-line or segment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
@@ -27,7 +36,7 @@ impl Ray {
     #[inline]
     pub fn between(from: &SurfacePoint, to: &SurfacePoint) -> Ray {
         let d = to.p - from.p;
-        let (origin, end) = (from.offset(d), to.offset(-d));
+        let (origin, end) = (from.offset(d), to.offset_from(-d));
         Ray { origin, direction: end - origin, t_max: 1.0 }
     }
 

@@ -2,9 +2,13 @@
 //! scene; a hit is plain data, and normals and derivatives come from [`crate::geometry`] for every
 //! backend alike, so that backends can be compared ray by ray.
 
+mod bounds;
+pub mod compare;
 #[cfg(feature = "embree")]
 pub mod embree;
 pub mod obvhs;
+
+pub use compare::{Comparison, compare};
 
 use crate::geometry::{Ray, Shape};
 
@@ -23,8 +27,9 @@ pub struct Hit {
     pub primitive: u32,
 }
 
-/// What transport needs of a ray tracer. Queries look at `0 <= t <= t_max`; where a ray may start on
-/// a surface is the caller's matter (see [`crate::geometry::ray`]).
+/// What transport needs of a ray tracer. Queries look at `0 < t <= t_max`; where a ray may start on
+/// a surface is the caller's matter (see [`crate::geometry::ray`]). Both sides of a surface are hit; a
+/// ray in the plane of a triangle does not meet it.
 pub trait Intersector: Send + Sync {
     /// The nearest hit.
     fn closest(&self, ray: &Ray) -> Option<Hit>;
@@ -71,13 +76,66 @@ pub enum BackendError {
     },
 }
 
-/// Builds the acceleration structure over `shapes`, with at most `threads` threads.
+fn failed(backend: &'static str, message: String) -> BackendError {
+    BackendError::Failed { backend, message }
+}
+
+/// Primitives a backend takes: they and twice as many nodes are numbered in 32 bits.
+const MAX_PRIMITIVES: u64 = 1 << 30;
+
+/// Coordinates beyond this make Embree drop a triangle without an error.
+const MAX_COORDINATE: f32 = 1e18;
+
+/// The number of primitives, once it is sure that no backend will read out of bounds, drop a primitive
+/// in silence or count past 32 bits. Scenes are validated with better words before they come here.
+fn check(shapes: &[Shape]) -> Result<usize, BackendError> {
+    let refuse = |message: String| Err(failed("intersect", message));
+    let count = |s: &Shape| match s {
+        Shape::Mesh(mesh) => mesh.triangles.len().max(mesh.positions.len()) as u64,
+        Shape::Sphere(_) => 1,
+    };
+    check_count(shapes.iter().map(count))?;
+    let bad = |p: &glam::Vec3| !(p.abs().max_element() <= MAX_COORDINATE);
+    let mut primitives = 0;
+    for (i, shape) in shapes.iter().enumerate() {
+        match shape {
+            Shape::Mesh(mesh) => {
+                primitives += mesh.triangles.len();
+                let n = mesh.positions.len() as u32;
+                if let Some(t) = mesh.triangles.iter().position(|t| t.iter().any(|&v| v >= n)) {
+                    return refuse(format!("shape {i}, triangle {t}: a vertex index is not below {n}"));
+                }
+                if let Some(v) = mesh.positions.iter().position(bad) {
+                    return refuse(format!("shape {i}, vertex {v}: {} is out of range", mesh.positions[v]));
+                }
+            }
+            Shape::Sphere(s) => {
+                primitives += 1;
+                if bad(&s.center) || !(s.radius > 0.0 && s.radius <= MAX_COORDINATE) {
+                    return refuse(format!("shape {i}: sphere at {} of radius {}", s.center, s.radius));
+                }
+            }
+        }
+    }
+    Ok(primitives)
+}
+
+fn check_count(counts: impl Iterator<Item = u64>) -> Result<(), BackendError> {
+    let total = counts.fold(0u64, u64::saturating_add);
+    if total > MAX_PRIMITIVES {
+        return Err(failed("intersect", format!("{total} primitives or vertices; at most {MAX_PRIMITIVES} are taken")));
+    }
+    Ok(())
+}
+
+/// Builds the acceleration structure over `shapes`, with at most `threads` threads (obvhs uses the
+/// caller's alone).
 pub fn build(backend: Backend, shapes: &[Shape], threads: usize) -> Result<Box<dyn Intersector>, BackendError> {
     match backend {
         #[cfg(feature = "embree")]
         Backend::Embree => Ok(Box::new(embree::Embree::build(shapes, threads)?)),
         #[cfg(not(feature = "embree"))]
         Backend::Embree => Err(BackendError::Missing("embree")),
-        Backend::Obvhs => Ok(Box::new(obvhs::Obvhs::build(shapes, threads)?)),
+        Backend::Obvhs => Ok(Box::new(obvhs::Obvhs::build(shapes)?)),
     }
 }

@@ -1,5 +1,7 @@
 //! Numbers without a scene: frames, warps, discrete distributions, the random number stream.
 
+#[cfg(test)]
+pub(crate) mod chi_square;
 pub mod distribution;
 pub mod frame;
 pub mod sampler;

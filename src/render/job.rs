@@ -1,9 +1,18 @@
 //! One render request.
 
 use super::Image;
+use super::passes::{Passes, Tile};
+use super::pool;
+use crate::camera::Camera;
+use crate::integrator::bdpt::{self, View};
+use crate::integrator::{Contribution, Observer, Sample, path};
+use crate::scene::World;
+use crate::transport::Tracer;
+use glam::Vec2;
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::{Duration, Instant};
 
 /// Which estimator of the image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -169,13 +178,142 @@ pub enum RenderError {
     Internal(String),
 }
 
-/// Renders. Blocks until done or cancelled; `progress` is called from one of the workers, at most ten
-/// times a second, and at the end.
+impl RenderError {
+    fn setting<T>(setting: &'static str, value: impl ToString, expected: impl Into<String>) -> Result<T, RenderError> {
+        Err(RenderError::Setting { setting, value: value.to_string(), expected: expected.into() })
+    }
+}
+
+/// Largest side of an image, pixels.
+pub const LARGEST_SIDE: u32 = 1 << 16;
+
+/// Longest path, in segments.
+pub const LARGEST_DEPTH: u32 = 1024;
+
+fn validate(world: &World, settings: &Settings) -> Result<(), RenderError> {
+    for (setting, value, high) in [
+        ("width", settings.width, LARGEST_SIDE),
+        ("height", settings.height, LARGEST_SIDE),
+        ("samples", settings.samples, u32::MAX),
+        ("max_depth", settings.max_depth, LARGEST_DEPTH),
+    ] {
+        if value < 1 || value > high {
+            return RenderError::setting(setting, value, format!("a number from 1 to {high} was expected"));
+        }
+    }
+    if settings.width as u64 * settings.height as u64 > u32::MAX as u64 {
+        let size = format!("{}x{}", settings.width, settings.height);
+        return RenderError::setting("size", size, "fewer than 2^32 pixels were expected");
+    }
+    if settings.camera >= world.cameras.len() {
+        let expected = format!("the scene has {} cameras", world.cameras.len());
+        return RenderError::setting("camera", settings.camera, expected);
+    }
+    if settings.threads > 4096 {
+        return RenderError::setting("threads", settings.threads, "at most 4096 were expected");
+    }
+    Ok(())
+}
+
+/// Keeps what each technique adds to a tile.
+struct TechniqueRecorder<'a>(&'a mut Tile);
+
+impl Observer for TechniqueRecorder<'_> {
+    fn observe(&mut self, c: &Contribution) {
+        let weighted = c.value * c.weight as f32;
+        if c.value.is_finite() && weighted.is_finite() {
+            self.0.techniques.push(((c.s, c.t), c.pixel, weighted, c.value));
+        }
+    }
+}
+
+/// Renders. Blocks until done or cancelled; `progress` is called from one of the workers at a time,
+/// at most ten times a second, and at the end.
+///
+/// The image is a function of the scene and of the settings other than `threads` and `time_limit`,
+/// bit for bit: samples are numbered by (pixel, pass), and added in the order of their numbers.
 pub fn render(
-    _world: &crate::scene::World,
-    _settings: &Settings,
-    _cancel: &Cancel,
-    _progress: &(dyn Fn(Progress) + Sync),
+    world: &World,
+    settings: &Settings,
+    cancel: &Cancel,
+    progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Output, RenderError> {
-    todo!()
+    validate(world, settings)?;
+    let start = Instant::now();
+    let threads = pool::thread_count(settings.threads);
+    let camera = Camera::new(&world.cameras[settings.camera], settings.width, settings.height);
+    let center = camera.generate(Vec2::new(settings.width as f32, settings.height as f32) / 2.0).0;
+    let view = View { medium: world.medium_at(center), camera, width: settings.width, height: settings.height };
+    let passes = Passes::new(settings)?;
+    let rays = AtomicU64::new(0);
+    let last_report = Mutex::new(start);
+    progress(Progress { fraction: 0.0, samples: 0, rays: 0, elapsed: start.elapsed(), noise: f32::NAN });
+
+    let work = |_worker: usize| {
+        let mut tracer = Tracer::new(world, settings.max_depth);
+        let mut sample = Sample::default();
+        let stop = || cancel.is_cancelled();
+        while let Some(mut tile) = passes.next_tile(&stop) {
+            let before = tracer.rays;
+            for pixel in tile.pixels.clone() {
+                if cancel.is_cancelled() {
+                    passes.stop();
+                    return;
+                }
+                sample.splats.clear();
+                let (seed, pass) = (settings.seed, tile.pass);
+                match settings.integrator {
+                    Integrator::Path => path::sample(&mut tracer, &view, seed, pixel, pass, &mut sample),
+                    Integrator::Bdpt if settings.per_technique => {
+                        let mut recorder = TechniqueRecorder(&mut tile);
+                        bdpt::sample(&mut tracer, &view, seed, pixel, pass, &mut sample, &mut recorder);
+                    }
+                    Integrator::Bdpt => {
+                        bdpt::sample(&mut tracer, &view, seed, pixel, pass, &mut sample, &mut ());
+                    }
+                }
+                tile.add(pixel, &sample);
+            }
+            tile.rays = tracer.rays - before;
+            rays.fetch_add(tile.rays.total(), Ordering::Relaxed);
+            passes.finish(tile, start, settings.time_limit);
+
+            if let Ok(mut last) = last_report.try_lock()
+                && last.elapsed() >= Duration::from_millis(100)
+            {
+                *last = Instant::now();
+                let (samples, noise) = passes.noise();
+                let by_time = settings.time_limit.map_or(0.0, |t| start.elapsed().as_secs_f32() / t.as_secs_f32());
+                progress(Progress {
+                    fraction: passes.fraction().max(by_time).min(0.999),
+                    samples,
+                    rays: rays.load(Ordering::Relaxed),
+                    elapsed: start.elapsed(),
+                    noise,
+                });
+            }
+        }
+    };
+    pool::broadcast(threads, work).map_err(RenderError::Internal)?;
+
+    let cancelled = cancel.is_cancelled();
+    let noise = passes.noise().1;
+    let mut output = passes.into_output();
+    output.cancelled = cancelled && output.statistics.samples < settings.samples;
+    let statistics = &mut output.statistics;
+    statistics.commit_seconds = world.commit_seconds;
+    statistics.render_seconds = start.elapsed().as_secs_f64();
+    statistics.scene_bytes = world.memory();
+    statistics.threads = threads as u32;
+    statistics.backend = world.intersector.describe();
+    if !output.cancelled {
+        progress(Progress {
+            fraction: 1.0,
+            samples: output.statistics.samples,
+            rays: output.statistics.rays(),
+            elapsed: start.elapsed(),
+            noise,
+        });
+    }
+    Ok(output)
 }

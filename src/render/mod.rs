@@ -1,6 +1,9 @@
 //! Running a render: settings, threads, progress, cancel, film.
 
+pub mod film;
 pub mod image;
 pub mod job;
+pub mod passes;
+pub mod pool;
 
 pub use image::Image;

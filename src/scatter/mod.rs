@@ -2,11 +2,37 @@
 //!
 //! Directions leave the surface, unit, world space. `wo` points to where the path came from, `wi` to
 //! where it goes; densities are of `wi` given `wo`, per unit solid angle.
+//!
+//! Lobes live in the frame of the shading normal. A direction whose geometric and shading sides
+//! disagree is neither sampled nor evaluated (Veach 1997, section 5.3).
+
+pub mod fresnel;
+
+mod conductor;
+mod ggx;
+mod lambert;
+mod lobe;
+mod metallic_roughness;
+mod mixture;
+mod rough_dielectric;
+mod smooth_dielectric;
+mod thin;
+
+#[cfg(test)]
+mod tests;
 
 use crate::geometry::SurfacePoint;
-use crate::math::Rgb;
-use crate::scene::description::Scattering;
+use crate::math::{Frame, Rgb, warp};
+use crate::scene::description::{Medium, Scattering};
+use conductor::Reflectance;
+use ggx::Ggx;
 use glam::{Vec2, Vec3};
+use lambert::Lambert;
+use lobe::{DeltaSample, Lobe};
+use mixture::Mixture;
+use rough_dielectric::RoughDielectric;
+use smooth_dielectric::{Interface, SmoothDielectric};
+use thin::{RoughThin, Sheet, SmoothThin};
 
 /// What the subpath carries; decides whether refraction scales by the squared index ratio.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,35 +73,135 @@ pub struct Evaluation {
 
 /// A material, compiled for evaluation.
 #[derive(Clone, Debug)]
-pub struct Bsdf {}
+pub struct Bsdf {
+    /// Set if the material is this one lobe, the most frequent case and the cheapest.
+    lambert: Option<Lambert>,
+    mixture: Mixture,
+    connectable: bool,
+    has_delta: bool,
+    media: Option<(Medium, Medium)>,
+}
 
 impl Bsdf {
-    /// Compiles a validated description.
-    pub fn new(_scattering: &Scattering) -> Bsdf {
-        todo!()
+    /// Compiles a validated description. What reflects nothing at all compiles to no lobes.
+    pub fn new(scattering: &Scattering) -> Bsdf {
+        let mut media = None;
+        let mixture = match *scattering {
+            Scattering::Diffuse { reflectance } if reflectance == Rgb::ZERO => Mixture::default(),
+            Scattering::Diffuse { reflectance } => Mixture::one(Lobe::Lambert(Lambert { reflectance })),
+            Scattering::Dielectric { inside, outside, roughness, tint } => {
+                media = Some((inside, outside));
+                Mixture::one(dielectric_lobe(inside.ior, outside.ior, roughness, tint))
+            }
+            Scattering::ThinDielectric { ior, roughness, tint } => Mixture::one(thin_lobe(ior, roughness, tint)),
+            Scattering::Conductor { reflectance, roughness } => {
+                Mixture::one(metallic_roughness::reflection_lobe(Reflectance::metal(reflectance), roughness))
+            }
+            Scattering::MetallicRoughness(ref m) => {
+                media = metallic_roughness::media(m);
+                metallic_roughness::compile(m)
+            }
+        };
+        let mut lobes = mixture.lobes();
+        let lambert = match (lobes.next(), lobes.next()) {
+            (Some(&Lobe::Lambert(l)), None) => Some(l),
+            _ => None,
+        };
+        let connectable = mixture.lobes().any(Lobe::connectable);
+        let has_delta = !mixture.lobes().all(Lobe::connectable);
+        Bsdf { lambert, mixture, connectable, has_delta, media }
     }
 
     /// Whether any lobe is connectable.
     #[inline]
     pub fn connectable(&self) -> bool {
-        todo!()
+        self.connectable
+    }
+
+    /// Whether any lobe is not connectable.
+    #[inline]
+    pub fn has_delta(&self) -> bool {
+        self.has_delta
+    }
+
+    /// Whether a lobe that is not connectable bends what it transmits; a smooth thin sheet does not.
+    #[inline]
+    pub fn has_delta_refraction(&self) -> bool {
+        self.media.is_some() && self.mixture.lobes().any(|l| matches!(l, Lobe::SmoothDielectric(_)))
+    }
+
+    /// Whether the material is plain Lambertian reflection and nothing else.
+    #[inline]
+    pub fn is_diffuse(&self) -> bool {
+        self.lambert.is_some()
+    }
+
+    /// Whether nothing is scattered.
+    #[inline]
+    pub fn is_black(&self) -> bool {
+        !(self.connectable || self.has_delta)
+    }
+
+    /// The media behind and before the surface, if it is a boundary that refracts.
+    #[inline]
+    pub fn media(&self) -> Option<(Medium, Medium)> {
+        self.media
     }
 
     /// Draws a continuation. `u_lobe` chooses the lobe and the branch, `u` the direction.
-    pub fn sample(
-        &self,
-        _at: &SurfacePoint,
-        _wo: Vec3,
-        _mode: TransportMode,
-        _u_lobe: f32,
-        _u: Vec2,
-    ) -> Option<BsdfSample> {
-        todo!()
+    #[inline]
+    pub fn sample(&self, at: &SurfacePoint, wo: Vec3, mode: TransportMode, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
+        let Some(lambert) = self.lambert else {
+            return self.mixture.sample(at, wo, mode, u_lobe, u);
+        };
+        let sign = 1.0f32.copysign(side(at, wo)?);
+        let wi = Frame::around(at.ns * sign).to_world(warp::cosine_hemisphere(u));
+        let cos = side(at, wi)? * sign;
+        (cos > 0.0).then(|| BsdfSample {
+            wi,
+            weight: lambert.reflectance,
+            pdf: warp::cosine_hemisphere_pdf_w(cos),
+            connectable: true,
+            transmitted: false,
+        })
     }
 
     /// Value and densities of the connectable lobes; zero where the geometric and the shading side
     /// of either direction disagree.
-    pub fn evaluate(&self, _at: &SurfacePoint, _wo: Vec3, _wi: Vec3, _mode: TransportMode) -> Evaluation {
-        todo!()
+    #[inline]
+    pub fn evaluate(&self, at: &SurfacePoint, wo: Vec3, wi: Vec3, mode: TransportMode) -> Evaluation {
+        let Some(lambert) = self.lambert else {
+            return self.mixture.evaluate(at, wo, wi, mode);
+        };
+        match (side(at, wo), side(at, wi)) {
+            (Some(o), Some(i)) if (o > 0.0) == (i > 0.0) => lambert.evaluate(o.abs(), i.abs()),
+            _ => Evaluation::default(),
+        }
+    }
+}
+
+/// Signed cosine of `w` with the shading normal; `None` if `w` is on the other side of the surface
+/// itself, or in it.
+#[inline]
+fn side(at: &SurfacePoint, w: Vec3) -> Option<f32> {
+    let shading = w.dot(at.ns);
+    (shading * w.dot(at.ng) > 0.0).then_some(shading)
+}
+
+/// The boundary of a solid, rough or smooth.
+fn dielectric_lobe(inside: f32, outside: f32, roughness: f32, tint: Rgb) -> Lobe {
+    let interface = Interface { inside, outside, tint };
+    match RoughDielectric::new(interface, roughness) {
+        Some(rough) => Lobe::RoughDielectric(rough),
+        None => Lobe::SmoothDielectric(SmoothDielectric { interface }),
+    }
+}
+
+/// A sheet, rough or smooth.
+fn thin_lobe(ior: f32, roughness: f32, tint: Rgb) -> Lobe {
+    let sheet = Sheet { ior, tint };
+    match Ggx::new(roughness) {
+        Some(ggx) => Lobe::RoughThin(RoughThin { sheet, ggx }),
+        None => Lobe::SmoothThin(SmoothThin { sheet }),
     }
 }

@@ -1,6 +1,8 @@
 //! From what a host says ([`description`]) to what is rendered ([`World`]).
 
 pub mod description;
+mod fingerprint;
+mod validate;
 pub mod world;
 
 pub use world::{CommitOptions, World};

@@ -1,7 +1,14 @@
 //! The committed scene: immutable, shared by renders.
 
-use super::{SceneError, description::Description};
-use crate::intersect::Backend;
+use super::description::{self, Description, Geometry, Instance, Medium, MeshDescription};
+use super::{SceneError, fingerprint, validate};
+use crate::emitter::Lights;
+use crate::geometry::{Mesh, Ray, Shape, Sphere, SurfacePoint};
+use crate::intersect::{self, Backend, Intersector};
+use crate::math::Rgb;
+use crate::scatter::Bsdf;
+use glam::{DMat3, Vec3};
+use std::time::Instant;
 
 /// Choices of a commit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -12,25 +19,304 @@ pub struct CommitOptions {
     pub threads: usize,
 }
 
+/// Index into [`World::media`]; 0 is vacuum.
+pub type MediumId = u16;
+
+/// The media on the two sides of a refracting surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Boundary {
+    /// Behind the surface.
+    pub inside: MediumId,
+    /// Before it.
+    pub outside: MediumId,
+}
+
+impl Boundary {
+    /// The medium on the side that `direction`, leaving the surface, points to.
+    #[inline]
+    pub fn medium_toward(&self, at: &SurfacePoint, direction: Vec3) -> MediumId {
+        if at.ng.dot(direction) < 0.0 { self.inside } else { self.outside }
+    }
+}
+
+/// What this scene needs at render time; everything else is off and costs nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Requirements {
+    /// Some surface refracts: the medium is tracked along subpaths.
+    pub media: bool,
+    /// Some medium absorbs: segments have a transmittance.
+    pub absorption: bool,
+    /// Some light can be hit by a camera path: the technique s = 0 exists.
+    pub hittable_lights: bool,
+    /// There is any light: light subpaths and next-event estimation exist.
+    pub lights: bool,
+}
+
 /// A committed scene.
 pub struct World {
-    /// Things worth telling that are not errors, e.g. degenerate triangles left out.
+    /// Shapes in world space; instances are flattened.
+    pub shapes: Vec<Shape>,
+    /// Material of each shape.
+    pub shape_material: Vec<u32>,
+    /// Compiled materials.
+    pub bsdfs: Vec<Bsdf>,
+    /// The media that each material separates, if it refracts.
+    pub boundaries: Vec<Option<Boundary>>,
+    /// All media; the first is vacuum.
+    pub media: Vec<Medium>,
+    /// All lights.
+    pub lights: Lights,
+    /// Medium at the front of each light (at the back where it emits to both sides, second).
+    pub light_media: Vec<[MediumId; 2]>,
+    /// The ray tracer.
+    pub intersector: Box<dyn Intersector>,
+    /// Cameras as described.
+    pub cameras: Vec<description::Camera>,
+    /// What is switched on.
+    pub requirements: Requirements,
+    /// Centre and radius of a sphere around all shapes.
+    pub bounds: (Vec3, f32),
+    /// Seconds that the commit took.
+    pub commit_seconds: f64,
+    /// Things worth telling that are not errors, e.g. degenerate triangles.
     pub warnings: Vec<String>,
+    hash: u64,
 }
 
 impl World {
-    /// Validates and builds.
-    pub fn commit(_description: &Description, _options: CommitOptions) -> Result<World, SceneError> {
-        todo!()
+    /// Validates the description, flattens its instances, builds the ray tracer and the light tables.
+    pub fn commit(description: &Description, options: CommitOptions) -> Result<World, SceneError> {
+        let start = Instant::now();
+        validate::validate(description)?;
+        let mut warnings = Vec::new();
+
+        let mut media = vec![Medium::VACUUM];
+        let bsdfs: Vec<Bsdf> = description.materials.iter().map(|m| Bsdf::new(&m.scattering)).collect();
+        let boundaries = bsdfs.iter().map(|b| b.media().map(|(i, o)| boundary(&mut media, i, o))).collect::<Vec<_>>();
+        if media.len() > MediumId::MAX as usize {
+            return Err(SceneError::TooLarge(format!("{} different media; at most 65535 are possible", media.len())));
+        }
+
+        let mut shapes = reserve(description.instances.len())?;
+        let mut shape_material = reserve(description.instances.len())?;
+        for (index, instance) in description.instances.iter().enumerate() {
+            let shape = match instance.geometry {
+                Geometry::Sphere { radius } => Shape::Sphere(place_sphere(instance, radius)),
+                Geometry::Mesh(mesh) => {
+                    let placed = place_mesh(instance, &description.meshes[mesh])?;
+                    check_placed(index, instance, &placed, &mut warnings)?;
+                    Shape::Mesh(placed)
+                }
+            };
+            shapes.push(shape);
+            shape_material.push(instance.material as u32);
+        }
+        let bounds = bounding_sphere(&shapes);
+
+        let materials: Vec<&description::Material> =
+            description.instances.iter().map(|i| &description.materials[i.material]).collect();
+        let kinds: Vec<description::LightKind> = description.lights.iter().map(|l| l.kind).collect();
+        let lights = Lights::new(&shapes, &materials, &kinds, description.environment, bounds.0, bounds.1);
+        if lights.is_empty() {
+            warnings.push("the scene has no light: the image will be black".to_owned());
+        }
+        let threads = crate::render::pool::thread_count(options.threads);
+        let intersector = intersect::build(options.backend, &shapes, threads)
+            .map_err(|error| SceneError::Backend(error.to_string()))?;
+
+        let requirements = Requirements {
+            media: boundaries.iter().any(Option::is_some),
+            absorption: media.iter().any(|m| m.absorption != Rgb::ZERO),
+            hittable_lights: lights.any_hittable(),
+            lights: !lights.is_empty(),
+        };
+        let mut world = World {
+            shapes,
+            shape_material,
+            bsdfs,
+            boundaries,
+            media,
+            lights,
+            light_media: Vec::new(),
+            intersector,
+            cameras: description.cameras.clone(),
+            requirements,
+            bounds,
+            commit_seconds: 0.0,
+            warnings,
+            hash: fingerprint::fingerprint(description),
+        };
+        world.light_media = world.probe_light_media();
+        world.commit_seconds = start.elapsed().as_secs_f64();
+        Ok(world)
     }
 
     /// A hash of all that was committed, for an image's metadata.
     pub fn hash(&self) -> u64 {
-        todo!()
+        self.hash
     }
 
     /// Triangles in world space, instances counted as often as they stand.
     pub fn triangle_count(&self) -> u64 {
-        todo!()
+        self.shapes.iter().map(|s| if let Shape::Mesh(m) = s { m.triangles.len() as u64 } else { 0 }).sum()
     }
+
+    /// Bytes of geometry and acceleration structure.
+    pub fn memory(&self) -> u64 {
+        let geometry: usize = self
+            .shapes
+            .iter()
+            .map(|s| match s {
+                Shape::Mesh(m) => (m.positions.len() + m.normals.len() + m.triangles.len()) * 12,
+                Shape::Sphere(_) => size_of::<Sphere>(),
+            })
+            .sum();
+        geometry as u64 + self.intersector.memory()
+    }
+
+    /// The compiled material of a shape.
+    #[inline]
+    pub fn bsdf(&self, shape: u32) -> &Bsdf {
+        &self.bsdfs[self.shape_material[shape as usize] as usize]
+    }
+
+    /// The media a shape separates, if it refracts.
+    #[inline]
+    pub fn boundary(&self, shape: u32) -> Option<Boundary> {
+        self.boundaries[self.shape_material[shape as usize] as usize]
+    }
+
+    /// Beer-Lambert transmittance of a segment.
+    #[inline]
+    pub fn transmittance(&self, medium: MediumId, length: f32) -> Rgb {
+        let m = &self.media[medium as usize];
+        if m.absorption == Rgb::ZERO { Rgb::ONE } else { (-m.absorption * length).exp() }
+    }
+
+    /// The medium around a point in space: that of the near side of the first refracting surface
+    /// along a ray, vacuum if there is none. Surfaces that do not refract are passed.
+    pub fn medium_at(&self, p: Vec3) -> MediumId {
+        self.probe(Ray { origin: p, direction: Vec3::Y, t_max: f32::INFINITY })
+    }
+
+    fn probe(&self, mut ray: Ray) -> MediumId {
+        if !self.requirements.media {
+            return 0;
+        }
+        // Each step leaves one surface behind; the count guards against coincident surfaces.
+        for _ in 0..1000 {
+            let Some(hit) = self.intersector.closest(&ray) else { return 0 };
+            let at = self.shapes[hit.shape as usize].surface(&ray, &hit);
+            if let Some(boundary) = self.boundary(hit.shape) {
+                return boundary.medium_toward(&at, -ray.direction);
+            }
+            ray = Ray::leaving(&at, ray.direction);
+        }
+        0
+    }
+
+    /// A light surface is taken to lie in one medium as a whole: the one at its first triangle.
+    fn probe_light_media(&self) -> Vec<[MediumId; 2]> {
+        let mut media = vec![[0; 2]; self.lights.len()];
+        if !self.requirements.media {
+            return media;
+        }
+        for (shape, geometry) in self.shapes.iter().enumerate() {
+            let Some(light) = self.lights.of_shape(shape as u32) else { continue };
+            let at = match geometry {
+                Shape::Mesh(mesh) => {
+                    let area = |t: &u32| mesh.area(*t);
+                    let largest = (0..mesh.triangles.len() as u32).max_by(|a, b| area(a).total_cmp(&area(b)));
+                    let Some(triangle) = largest else { continue };
+                    mesh.surface(triangle, 1.0 / 3.0, 1.0 / 3.0)
+                }
+                Shape::Sphere(sphere) => sphere.at_normal(Vec3::Y),
+            };
+            media[light as usize] = [self.probe(Ray::leaving(&at, at.ng)), self.probe(Ray::leaving(&at, -at.ng))];
+        }
+        for (light, medium) in media.iter_mut().enumerate() {
+            if let Some(p) = self.lights.position(light as u32) {
+                *medium = [self.medium_at(p); 2];
+            }
+        }
+        media
+    }
+}
+
+fn boundary(media: &mut Vec<Medium>, inside: Medium, outside: Medium) -> Boundary {
+    let mut id = |m: Medium| {
+        let found = media.iter().position(|k| *k == m);
+        found.unwrap_or_else(|| {
+            media.push(m);
+            media.len() - 1
+        }) as MediumId
+    };
+    Boundary { inside: id(inside), outside: id(outside) }
+}
+
+/// A vector with room for `n`, or an error instead of an abort.
+fn reserve<T>(n: usize) -> Result<Vec<T>, SceneError> {
+    let mut v = Vec::new();
+    match v.try_reserve_exact(n) {
+        Ok(()) => Ok(v),
+        Err(_) => Err(SceneError::TooLarge(format!("no memory for {n} elements of {} bytes", size_of::<T>()))),
+    }
+}
+
+fn place_sphere(instance: &Instance, radius: f64) -> Sphere {
+    let t = &instance.transform;
+    Sphere { center: t.translation.as_vec3(), radius: (radius * t.matrix3.x_axis.length()) as f32 }
+}
+
+fn place_mesh(instance: &Instance, mesh: &MeshDescription) -> Result<Mesh, SceneError> {
+    let t = &instance.transform;
+    let mut positions = reserve(mesh.positions.len())?;
+    positions.extend(mesh.positions.iter().map(|&p| t.transform_point3(Vec3::from(p).as_dvec3()).as_vec3()));
+    // Normals go with the inverse transpose; its sign is that of the front side (see below).
+    let normal_matrix: DMat3 = t.matrix3.inverse().transpose();
+    let mut normals = reserve(mesh.normals.len())?;
+    normals.extend(
+        mesh.normals.iter().map(|&n| (normal_matrix * Vec3::from(n).as_dvec3().normalize()).normalize().as_vec3()),
+    );
+    let mut triangles = reserve(mesh.triangles.len())?;
+    // A mirroring transform turns the winding round; swapping two vertices keeps the front in front.
+    let mirrored = t.matrix3.determinant() < 0.0;
+    triangles.extend(mesh.triangles.iter().map(|&[a, b, c]| if mirrored { [a, c, b] } else { [a, b, c] }));
+    Ok(Mesh { positions, normals, triangles })
+}
+
+/// What only the placed mesh can show: overflow of the transform and triangles without area.
+fn check_placed(index: usize, instance: &Instance, mesh: &Mesh, warnings: &mut Vec<String>) -> Result<(), SceneError> {
+    if let Some((i, p)) = mesh.positions.iter().enumerate().find(|(_, p)| !(p.abs().max_element() <= 1e18)) {
+        return Err(SceneError::Invalid {
+            kind: "instance",
+            index,
+            name: instance.name.clone(),
+            field: format!("transform of position {i}"),
+            value: p.to_string(),
+            expected: "coordinates below 1e18 were expected".to_owned(),
+        });
+    }
+    let flat = (0..mesh.triangles.len() as u32).filter(|&t| mesh.area(t) == 0.0).count();
+    if flat > 0 {
+        warnings.push(format!("instance {index} '{}': {flat} triangles without area are never hit", instance.name));
+    }
+    if mesh.triangles.is_empty() {
+        warnings.push(format!("instance {index} '{}' has no triangles", instance.name));
+    }
+    Ok(())
+}
+
+/// Around the box around all shapes.
+fn bounding_sphere(shapes: &[Shape]) -> (Vec3, f32) {
+    let (lo, hi) = shapes.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(lo, hi), s| {
+        let (a, b) = s.bounds();
+        (lo.min(a), hi.max(b))
+    });
+    if lo.x > hi.x {
+        return (Vec3::ZERO, 1.0);
+    }
+    let center = lo * 0.5 + hi * 0.5;
+    // A little larger, so that the emission disk of a distant light lies outside in spite of rounding.
+    (center, ((hi - center).length() * 1.001).max(f32::MIN_POSITIVE))
 }

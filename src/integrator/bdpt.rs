@@ -1,0 +1,134 @@
+//! Bidirectional path tracing (Veach 1997, ch. 10): one light subpath per camera subpath, all
+//! techniques s >= 0, t >= 1, weighted by the balance heuristic.
+
+use super::{Contribution, Observer, Sample, Splat};
+use crate::camera::Camera;
+use crate::math::{Rgb, Sampler, Stream};
+use crate::scene::world::MediumId;
+use crate::transport::Tracer;
+use glam::Vec2;
+
+/// The camera of a render, with what is fixed for all samples.
+#[derive(Clone, Debug)]
+pub struct View {
+    /// The camera.
+    pub camera: Camera,
+    /// Medium around it.
+    pub medium: MediumId,
+    /// Film size in pixels.
+    pub width: u32,
+    /// Film size in pixels.
+    pub height: u32,
+}
+
+impl View {
+    /// Raster position of a sample: uniform in its pixel.
+    #[inline]
+    pub fn raster(&self, pixel: u32, u: Vec2) -> Vec2 {
+        Vec2::new((pixel % self.width) as f32, (pixel / self.width) as f32) + u
+    }
+
+    /// The pixel that a raster position falls on.
+    #[inline]
+    pub fn pixel(&self, raster: Vec2) -> u32 {
+        let x = (raster.x as u32).min(self.width - 1);
+        let y = (raster.y as u32).min(self.height - 1);
+        y * self.width + x
+    }
+}
+
+/// One sample: `out.radiance` is set, splats are appended.
+pub fn sample<O: Observer>(
+    tracer: &mut Tracer,
+    view: &View,
+    seed: u64,
+    pixel: u32,
+    index: u32,
+    out: &mut Sample,
+    observer: &mut O,
+) {
+    let stream = |kind| Sampler::new(seed, pixel, index, kind);
+    let mut camera_numbers = stream(Stream::Camera);
+    let raster = view.raster(pixel, camera_numbers.next_2d());
+    tracer.trace_camera(&view.camera, view.medium, raster, &mut camera_numbers);
+    tracer.trace_light(&mut stream(Stream::Light));
+    let mut connect_numbers = stream(Stream::Connect);
+
+    let mut radiance = Rgb::ZERO;
+    for hit in &tracer.emitter_hits {
+        radiance += hit.value * hit.weight as f32;
+        observer.observe(&Contribution {
+            s: 0,
+            t: hit.segments + 1,
+            pixel,
+            value: hit.value,
+            weight: hit.weight,
+            camera: &tracer.camera_vertices[..hit.vertices],
+            light: &[],
+            start: &hit.light,
+            hit: Some(hit),
+        });
+    }
+    for i in 0..tracer.camera_vertices.len() {
+        let segments = tracer.camera_vertices[i].segments;
+        if segments + 1 > tracer.max_depth {
+            break;
+        }
+        if tracer.world.requirements.lights
+            && let Some((joined, light)) = tracer.next_event(i, &mut connect_numbers)
+        {
+            radiance += joined.value * joined.weight as f32;
+            observer.observe(&Contribution {
+                s: 1,
+                t: segments + 1,
+                pixel,
+                value: joined.value,
+                weight: joined.weight,
+                camera: &tracer.camera_vertices[..=i],
+                light: &[],
+                start: &light,
+                hit: None,
+            });
+        }
+        for j in 0..tracer.light_vertices.len() {
+            let light_segments = tracer.light_vertices[j].segments;
+            if segments + light_segments + 1 > tracer.max_depth {
+                break;
+            }
+            let Some(joined) = tracer.connect(i, j) else { continue };
+            radiance += joined.value * joined.weight as f32;
+            if let Some(start) = &tracer.light_start {
+                observer.observe(&Contribution {
+                    s: light_segments + 1,
+                    t: segments + 1,
+                    pixel,
+                    value: joined.value,
+                    weight: joined.weight,
+                    camera: &tracer.camera_vertices[..=i],
+                    light: &tracer.light_vertices[..=j],
+                    start,
+                    hit: None,
+                });
+            }
+        }
+    }
+    for j in 0..tracer.light_vertices.len() {
+        let Some((joined, raster)) = tracer.to_camera(&view.camera, j) else { continue };
+        let target = view.pixel(raster);
+        out.splats.push(Splat { pixel: target, value: joined.value * joined.weight as f32 });
+        if let Some(start) = &tracer.light_start {
+            observer.observe(&Contribution {
+                s: tracer.light_vertices[j].segments + 1,
+                t: 1,
+                pixel: target,
+                value: joined.value,
+                weight: joined.weight,
+                camera: &[],
+                light: &tracer.light_vertices[..=j],
+                start,
+                hit: None,
+            });
+        }
+    }
+    out.radiance = radiance;
+}

@@ -1,0 +1,120 @@
+//! Path tracing with next-event estimation (Kajiya 1986; the two techniques of each path combined by
+//! the balance heuristic, Veach and Guibas 1995). Shares the scattering functions and the light
+//! sampling with the bidirectional path tracer, and none of its weights: it is its oracle.
+
+use super::Sample;
+use super::bdpt::View;
+use crate::camera::Endpoint;
+use crate::geometry::Ray;
+use crate::math::{Rgb, Sampler, Stream};
+use crate::scatter::TransportMode;
+use crate::transport::Tracer;
+use glam::Vec3;
+
+/// Scattering events before Russian roulette begins.
+const ROULETTE_FREE_EVENTS: u32 = 3;
+
+/// One sample of one pixel.
+pub fn sample(tracer: &mut Tracer, view: &View, seed: u64, pixel: u32, index: u32, out: &mut Sample) {
+    let mut numbers = Sampler::new(seed, pixel, index, Stream::Camera);
+    let mut connect_numbers = Sampler::new(seed, pixel, index, Stream::Connect);
+    let raster = view.raster(pixel, numbers.next_2d());
+    let (origin, direction) = view.camera.generate(raster);
+    let world = tracer.world;
+    let mut ray = Ray { origin, direction, t_max: f32::INFINITY };
+    let mut beta = Rgb::ONE;
+    let mut roulette = Rgb::ONE;
+    let mut medium = view.medium;
+    let mut radiance = Rgb::ZERO;
+    // Density of the last direction if it came from a connectable lobe, and the vertex it left.
+    let mut sampled: Option<(f32, Vec3)> = None;
+
+    for depth in 1..=tracer.max_depth {
+        match depth {
+            1 => tracer.rays.camera += 1,
+            _ => tracer.rays.camera_path += 1,
+        }
+        let Some(hit) = world.intersector.closest(&ray) else {
+            if let Some((emitted, densities)) = world.lights.escape(ray.direction) {
+                let weight = sampled.map_or(1.0, |(pdf, _)| pdf as f64 / (pdf as f64 + densities.direct));
+                radiance += beta * emitted * weight as f32;
+            }
+            break;
+        };
+        let at = world.shapes[hit.shape as usize].surface(&ray, &hit);
+        let wo = -ray.direction;
+        if world.requirements.absorption {
+            beta *= world.transmittance(medium, hit.t);
+        }
+        if let Some(light) = world.lights.of_shape(hit.shape) {
+            let receiver = sampled.map_or(ray.origin, |(_, p)| p);
+            if let Some((emitted, densities)) = world.lights.hit(&world.shapes, light, &at, wo, receiver) {
+                let weight = sampled.map_or(1.0, |(pdf, p)| {
+                    let to_area = at.ng.dot(wo).abs() as f64 / (at.p - p).as_dvec3().length_squared();
+                    let pdf_a = pdf as f64 * to_area;
+                    pdf_a / (pdf_a + densities.direct)
+                });
+                radiance += beta * emitted * weight as f32;
+            }
+        }
+        if depth == tracer.max_depth {
+            break;
+        }
+        let bsdf = world.bsdf(hit.shape);
+        if bsdf.connectable() && world.requirements.lights {
+            let (u_light, u) = (connect_numbers.next_1d(), connect_numbers.next_2d());
+            if let Some(light) = world.lights.sample_direct(&world.shapes, at.p, u_light, u) {
+                let scattering = bsdf.evaluate(&at, wo, light.wi, TransportMode::Radiance);
+                let mut value = beta * scattering.f * at.ns.dot(light.wi).abs() * light.incident;
+                if value.max_element() > 0.0 {
+                    let (segment, length, to_light) = match &light.at {
+                        Endpoint::Surface(y) => {
+                            let d2 = (y.p - at.p).as_dvec3().length_squared();
+                            let to_light = y.ng.dot(light.wi).abs() as f64 / d2;
+                            (Ray::between(&at, y), d2.sqrt() as f32, to_light)
+                        }
+                        Endpoint::Point(p) => (Ray::to_point(&at, *p), (*p - at.p).length(), 0.0),
+                        Endpoint::Infinite(w) => (Ray::leaving(&at, *w), f32::INFINITY, 1.0),
+                    };
+                    if tracer.visible(&segment) {
+                        let inside = world.boundary(hit.shape).map_or(medium, |b| b.medium_toward(&at, light.wi));
+                        if world.requirements.absorption {
+                            value *= world.transmittance(inside, length);
+                        }
+                        let d = &light.densities;
+                        let hit_density = if d.hittable { scattering.pdf as f64 * to_light } else { 0.0 };
+                        radiance += value * (d.direct / (d.direct + hit_density)) as f32;
+                    }
+                }
+            }
+        }
+        let (u_lobe, u) = (numbers.next_1d(), numbers.next_2d());
+        let Some(next) = bsdf.sample(&at, wo, TransportMode::Radiance, u_lobe, u) else { break };
+        beta *= next.weight;
+        roulette *= next.weight;
+        sampled = next.connectable.then_some((next.pdf, at.p));
+        if next.transmitted
+            && let Some(boundary) = world.boundary(hit.shape)
+        {
+            let before = world.media[medium as usize].ior;
+            medium = boundary.medium_toward(&at, next.wi);
+            // Roulette goes by radiance over n², or paths would die of entering glass.
+            roulette *= (world.media[medium as usize].ior / before).powi(2);
+        }
+        if depth > ROULETTE_FREE_EVENTS {
+            let survival = roulette.max_element().clamp(0.05, 1.0);
+            if survival < 1.0 {
+                if numbers.next_1d() >= survival {
+                    break;
+                }
+                beta /= survival;
+                roulette /= survival;
+            }
+        }
+        if !(beta.max_element() > 0.0) {
+            break;
+        }
+        ray = Ray::leaving(&at, next.wi);
+    }
+    out.radiance = radiance;
+}

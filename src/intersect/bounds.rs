@@ -1,0 +1,29 @@
+//! Boxes around primitives.
+
+use crate::geometry::Sphere;
+use glam::Vec3;
+
+/// An axis-aligned box.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bounds {
+    pub(super) lo: Vec3,
+    pub(super) hi: Vec3,
+}
+
+impl Bounds {
+    pub(super) const EMPTY: Bounds = Bounds { lo: Vec3::INFINITY, hi: Vec3::NEG_INFINITY };
+
+    /// Rounded outward: centre plus radius is not a number of f32 in general.
+    pub(super) fn of_sphere(sphere: &Sphere) -> Bounds {
+        let (c, r) = (sphere.center.to_array(), sphere.radius);
+        Bounds { lo: c.map(|c| (c - r).next_down()).into(), hi: c.map(|c| (c + r).next_up()).into() }
+    }
+
+    pub(super) fn of_triangle([a, b, c]: [Vec3; 3]) -> Bounds {
+        Bounds { lo: a.min(b).min(c), hi: a.max(b).max(c) }
+    }
+
+    pub(super) fn union(self, other: Bounds) -> Bounds {
+        Bounds { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
+    }
+}

@@ -1,0 +1,151 @@
+//! The Embree backend (Wald et al. 2014): triangles by its robust test, spheres by ours.
+#![allow(unsafe_code)]
+
+mod device;
+mod ffi;
+mod query;
+mod self_test;
+mod sphere;
+
+use super::{BackendError, Hit, Intersector, failed};
+use crate::geometry::{Mesh, Ray, Shape, Sphere};
+use device::{Device, Scene};
+
+/// Oldest usable library: 4.3.0, the first with today's ray layout. The build script asks the same of
+/// the headers.
+const OLDEST: u32 = 40300;
+
+/// Ray queries by Embree. Owns its device, so that its errors and memory are its own.
+pub struct Embree {
+    scene: Scene,
+    device: Device,
+    /// Read by the callbacks of `scene`, hence dropped after it.
+    _spheres: Box<[Sphere]>,
+}
+
+impl Embree {
+    /// Builds with at most `threads` threads. Refuses a library that is older than 4.3 or whose ray
+    /// structure differs from the one compiled against: another copy may have been loaded by the host
+    /// under the same name.
+    pub fn build(shapes: &[Shape], threads: usize) -> Result<Embree, BackendError> {
+        super::check(shapes)?;
+        let device = Device::new()?;
+        let version = device.version();
+        if version < OLDEST {
+            return Err(BackendError::Incompatible(format!(
+                "Embree {} is loaded, 4.3 or newer is needed",
+                version_text(version)
+            )));
+        }
+        self_test::run(&device)?;
+
+        let is_sphere = |s: &Shape| if let Shape::Sphere(s) = s { Some(*s) } else { None };
+        let spheres: Box<[Sphere]> = shapes.iter().filter_map(is_sphere).collect();
+        let mut next_sphere = spheres.iter();
+        let mut scene = device.scene()?;
+        for (id, shape) in shapes.iter().enumerate() {
+            let id = id as u32;
+            match shape {
+                // Embree takes no empty buffer.
+                Shape::Mesh(mesh) if mesh.triangles.is_empty() => {}
+                Shape::Mesh(mesh) => attach_mesh(&device, &mut scene, id, mesh)?,
+                Shape::Sphere(_) => {
+                    if let Some(sphere) = next_sphere.next() {
+                        // SAFETY: `spheres` is on the heap and kept until the scene is gone.
+                        unsafe { sphere::attach(&device, &mut scene, id, sphere)? }
+                    }
+                }
+            }
+        }
+        device.commit(&mut scene, threads)?;
+        Ok(Embree { scene, device, _spheres: spheres })
+    }
+
+    /// Bare `rtcIntersect1` calls on the rays, for measuring what the trait costs: how many hit.
+    #[doc(hidden)]
+    pub fn bench_raw_closest(&self, rays: &[Ray]) -> usize {
+        let hits = rays.iter().filter(|&ray| {
+            let mut q = query::ray_hit(ray);
+            // SAFETY: a committed scene, a structure of the layout the self-test confirmed.
+            unsafe { ffi::rtcIntersect1(self.scene.raw(), &mut q, std::ptr::null_mut()) };
+            q.hit.geomID != ffi::INVALID_GEOMETRY
+        });
+        hits.count()
+    }
+
+    /// Bare `rtcOccluded1` calls, likewise.
+    #[doc(hidden)]
+    pub fn bench_raw_occluded(&self, rays: &[Ray]) -> usize {
+        let hits = rays.iter().filter(|&ray| {
+            let mut q = query::ray(ray);
+            // SAFETY: as above.
+            unsafe { ffi::rtcOccluded1(self.scene.raw(), &mut q, std::ptr::null_mut()) };
+            q.tfar < 0.0
+        });
+        hits.count()
+    }
+}
+
+impl Intersector for Embree {
+    #[inline]
+    fn closest(&self, ray: &Ray) -> Option<Hit> {
+        // SAFETY: the scene was committed in `build` and lives as long as `self`.
+        unsafe { query::closest(self.scene.raw(), ray) }
+    }
+
+    #[inline]
+    fn occluded(&self, ray: &Ray) -> bool {
+        // SAFETY: as above.
+        unsafe { query::occluded(self.scene.raw(), ray) }
+    }
+
+    fn describe(&self) -> String {
+        format!("Embree {} (built against {})", version_text(self.device.version()), version_text(ffi::RTC_VERSION))
+    }
+
+    fn memory(&self) -> u64 {
+        self.device.memory()
+    }
+}
+
+fn version_text(v: u32) -> String {
+    format!("{}.{}.{}", v / 10000, v / 100 % 100, v % 100)
+}
+
+/// Copies a mesh into buffers of Embree's own: they carry the padding that its 16-byte reads of the last
+/// vertex need.
+fn attach_mesh(device: &Device, scene: &mut Scene, id: u32, mesh: &Mesh) -> Result<(), BackendError> {
+    device.attach(scene, ffi::RTC_GEOMETRY_TYPE_TRIANGLE, id, |geometry| {
+        let vertices = mesh.positions.iter().map(|p| p.to_array());
+        // SAFETY: a live triangle geometry; formats and strides are those of three floats or indices.
+        unsafe {
+            fill(device, geometry, ffi::RTC_BUFFER_TYPE_VERTEX, ffi::RTC_FORMAT_FLOAT3, vertices)?;
+            fill(device, geometry, ffi::RTC_BUFFER_TYPE_INDEX, ffi::RTC_FORMAT_UINT3, mesh.triangles.iter().copied())
+        }
+    })
+}
+
+/// Allocates slot 0 of a buffer and fills it.
+///
+/// # Safety
+/// `geometry` is live, takes a buffer of this type, and `format` is that of `T`, without padding.
+unsafe fn fill<T: Copy>(
+    device: &Device,
+    geometry: ffi::RTCGeometry,
+    buffer: ffi::RTCBufferType,
+    format: ffi::RTCFormat,
+    items: impl ExactSizeIterator<Item = T>,
+) -> Result<(), BackendError> {
+    let count = items.len();
+    // SAFETY: by contract.
+    let to = unsafe { ffi::rtcSetNewGeometryBuffer(geometry, buffer, 0, format, size_of::<T>(), count) };
+    device.check()?;
+    if to.is_null() {
+        return Err(failed("embree", format!("no buffer for {count} items")));
+    }
+    for (i, item) in items.enumerate() {
+        // SAFETY: the buffer holds `count` items of this size, and `i < count`.
+        unsafe { to.cast::<T>().add(i).write(item) };
+    }
+    Ok(())
+}

@@ -1,1 +1,0 @@
-//! Images out and in.

@@ -1,0 +1,140 @@
+//! What a file says about how its pixels were made.
+
+use super::Failure;
+
+/// Who made the file.
+pub(super) const SOFTWARE: &str = concat!("caustica ", env!("CARGO_PKG_VERSION"));
+
+/// CIE xy of red, green, blue and white (ITU-R BT.709).
+pub(super) const REC709: [(f32, f32); 4] = [(0.64, 0.33), (0.30, 0.60), (0.15, 0.06), (0.3127, 0.3290)];
+
+/// The value of one entry.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// UTF-8, without NUL.
+    Text(String),
+    /// EXR has no wider integer: what does not fit belongs into a text.
+    Int(i32),
+    /// A number.
+    Float(f32),
+}
+
+impl From<&str> for Value {
+    fn from(text: &str) -> Self {
+        Value::Text(text.to_owned())
+    }
+}
+
+impl From<String> for Value {
+    fn from(text: String) -> Self {
+        Value::Text(text)
+    }
+}
+
+impl From<i32> for Value {
+    fn from(number: i32) -> Self {
+        Value::Int(number)
+    }
+}
+
+impl From<f32> for Value {
+    fn from(number: f32) -> Self {
+        Value::Float(number)
+    }
+}
+
+/// An integer if EXR can hold it as one, else its digits.
+impl From<u32> for Value {
+    fn from(number: u32) -> Self {
+        i32::try_from(number).map_or_else(|_| Value::Text(number.to_string()), Value::Int)
+    }
+}
+
+/// Always its digits: a seed keeps its type whatever its size.
+impl From<u64> for Value {
+    fn from(number: u64) -> Self {
+        Value::Text(number.to_string())
+    }
+}
+
+impl std::fmt::Display for Value {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Value::Text(text) => f.write_str(text),
+            Value::Int(number) => number.fmt(f),
+            Value::Float(number) => number.fmt(f),
+        }
+    }
+}
+
+/// Entries in the order in which they were set.
+///
+/// An EXR file holds each as an attribute `caustica:<key>`, which cannot collide with the names the
+/// format reserves; the other formats hold all of them as lines of the image description. Every
+/// file also names the software and its version, and an EXR file the chromaticities of Rec. 709.
+///
+/// Keys in use: `samples`, `seed`, `settings`, `scene-hash`, `backend`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Metadata {
+    entries: Vec<(&'static str, Value)>,
+}
+
+impl Metadata {
+    /// No entry.
+    pub fn new() -> Self {
+        Metadata::default()
+    }
+
+    /// Sets an entry, in place of an older one of the same key.
+    pub fn set(&mut self, key: &'static str, value: impl Into<Value>) -> &mut Self {
+        let value = value.into();
+        match self.entries.iter_mut().find(|(known, _)| *known == key) {
+            Some(entry) => entry.1 = value,
+            None => self.entries.push((key, value)),
+        }
+        self
+    }
+
+    /// The entries.
+    pub fn entries(&self) -> impl Iterator<Item = (&'static str, &Value)> {
+        self.entries.iter().map(|(key, value)| (*key, value))
+    }
+
+    /// Refuses texts that a format would cut short.
+    pub(super) fn check(&self) -> Result<(), Failure> {
+        match self.entries().find(|(_, value)| matches!(value, Value::Text(text) if text.contains('\0'))) {
+            Some((key, _)) => Err(Failure::Unsupported(format!("the metadata '{key}' contains a NUL character"))),
+            None => Ok(()),
+        }
+    }
+
+    /// The names and values of EXR attributes, the version of this library first.
+    pub(super) fn attributes(&self) -> impl Iterator<Item = (String, Value)> {
+        let version = ("version", Value::from(env!("CARGO_PKG_VERSION")));
+        let own = self.entries().map(|(key, value)| (key, value.clone()));
+        std::iter::once(version).chain(own).map(|(key, value)| (format!("caustica:{key}"), value))
+    }
+
+    /// All entries as text, one per line.
+    pub(super) fn description(&self) -> String {
+        let lines: Vec<String> = self.entries().map(|(key, value)| format!("{key}: {value}")).collect();
+        lines.join("\n")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_last_value_of_a_key_stays_at_its_first_place() {
+        let mut metadata = Metadata::new();
+        metadata.set("samples", 64u32).set("seed", u64::MAX).set("samples", u32::MAX);
+        let entries: Vec<_> = metadata.entries().collect();
+        assert_eq!(
+            entries,
+            [("samples", &Value::Text("4294967295".into())), ("seed", &Value::Text("18446744073709551615".into()))]
+        );
+        assert_eq!(metadata.description(), "samples: 4294967295\nseed: 18446744073709551615");
+    }
+}

@@ -1,0 +1,187 @@
+//! EXR in memory, by the crate `exr`.
+
+use super::metadata::{Metadata, REC709, SOFTWARE, Value};
+use super::picture::{Picture, Samples};
+use super::{Failure, plausible_pixels, room};
+use crate::math::Rgb;
+use crate::render::Image;
+use exr::block::reader::ChunksReader;
+use exr::block::{BlockIndex, UncompressedBlock};
+use exr::image::{Encoding, Image as Exr, Layer, SpecificChannels};
+use exr::meta::attribute::{AttributeValue, Chromaticities, SampleType, Text};
+use exr::meta::header::Header;
+use exr::prelude::{Blocks, Compression, IntoSample, LayerAttributes, LineOrder, Vec2, WritableImage};
+use half::f16;
+use std::io::Cursor;
+
+/// Scan lines, ZIP in blocks of 16.
+const ENCODING: Encoding =
+    Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
+
+/// The bytes of a file with channels R, G, B; data window = display window, from (0, 0).
+pub(super) fn encode(picture: &Picture, metadata: &Metadata) -> Result<Vec<u8>, Failure> {
+    match &picture.samples {
+        Samples::Half(samples) => encode_samples(picture, samples, metadata),
+        Samples::Float(samples) => encode_samples(picture, samples, metadata),
+        Samples::Bytes(_) => Err(Failure::Unsupported("EXR has no 8-bit samples".to_owned())),
+    }
+}
+
+fn encode_samples<T>(picture: &Picture, samples: &[T], metadata: &Metadata) -> Result<Vec<u8>, Failure>
+where
+    T: IntoSample + Copy + Sync,
+{
+    let (width, height) = (picture.width as usize, picture.height as usize);
+    let pixel = |at: Vec2<usize>| {
+        let i = 3 * (at.y() * width + at.x());
+        (samples[i], samples[i + 1], samples[i + 2])
+    };
+    let mut attributes = LayerAttributes { software_name: Some(text(SOFTWARE)), ..LayerAttributes::default() };
+    for (name, value) in metadata.attributes() {
+        let value = match value {
+            Value::Text(value) => AttributeValue::Text(text(&value)),
+            Value::Int(value) => AttributeValue::I32(value),
+            Value::Float(value) => AttributeValue::F32(value),
+        };
+        attributes.other.insert(text(&name), value);
+    }
+    let layer = Layer::new((width, height), attributes, ENCODING, SpecificChannels::rgb(pixel));
+    let mut image = Exr::from_layer(layer);
+    let [red, green, blue, white] = REC709.map(|(x, y)| Vec2(x, y));
+    image.attributes.chromaticities = Some(Chromaticities { red, green, blue, white });
+
+    let mut file = Cursor::new(Vec::new());
+    image.write().non_parallel().to_buffered(&mut file).map_err(codec)?;
+    let mut file = file.into_inner();
+    sort_attributes(&mut file).ok_or_else(|| Failure::Codec("the encoder made no EXR header".to_owned()))?;
+    Ok(file)
+}
+
+/// UTF-8 as it is, as OpenEXR does; NUL has been refused before.
+fn text(utf8: &str) -> Text {
+    Text::from_slice_unchecked(utf8.as_bytes())
+}
+
+/// Puts the header's attributes into the order of their names.
+///
+/// `exr` keeps them in a hash map with a random order: without this, equal images would be unequal
+/// files. An attribute is `name NUL type NUL size:i32 value`; an empty name ends the header (OpenEXR
+/// file layout, "Header"). Sorting moves no byte behind the header.
+fn sort_attributes(file: &mut [u8]) -> Option<()> {
+    const START: usize = 8; // magic number, version
+    let mut attributes = Vec::new();
+    let mut rest = file.get(START..)?;
+    while *rest.first()? != 0 {
+        let name = rest.iter().position(|&b| b == 0)?;
+        let kind = rest.get(name + 1..)?.iter().position(|&b| b == 0)?;
+        let value = name + kind + 6; // two NUL, four bytes of size
+        let size = i32::from_le_bytes(rest.get(value - 4..value)?.try_into().ok()?);
+        let length = value + usize::try_from(size).ok()?;
+        let (attribute, after) = rest.split_at_checked(length)?;
+        attributes.push(attribute.to_vec());
+        rest = after;
+    }
+    attributes.sort();
+    let header = attributes.concat();
+    file.get_mut(START..START + header.len())?.copy_from_slice(&header);
+    Some(())
+}
+
+/// The image in the bytes of a file; see [`super::read`].
+pub(super) fn decode(file: &[u8]) -> Result<Image, Failure> {
+    let reader = exr::block::read(Cursor::new(file), false).map_err(codec)?;
+    let (part, targets) = reader
+        .headers()
+        .iter()
+        .enumerate()
+        .find_map(|(i, header)| Some((i, targets(header)?)))
+        .ok_or_else(|| Failure::Unsupported("the file has neither channels R, G, B nor a channel Y".to_owned()))?;
+    let header = &reader.headers()[part];
+    if header.deep || header.channels.list.iter().any(|channel| channel.sampling != Vec2(1, 1)) {
+        return Err(Failure::Unsupported("deep or subsampled EXR files are not read".to_owned()));
+    }
+    // All parts: the decoder takes memory for each.
+    for header in reader.headers() {
+        plausible_pixels(header.layer_size.width(), header.layer_size.height(), file.len())?;
+    }
+    let (width, height) = (header.layer_size.width(), header.layer_size.height());
+    let n = plausible_pixels(width, height, file.len())?;
+    let mut pixels = room(n)?;
+    pixels.resize(n, Rgb::ZERO);
+
+    let chunks = reader.all_chunks(false).map_err(codec)?;
+    let meta = chunks.meta_data().clone();
+    let channels = &meta.headers[part].channels;
+    // Samples seen per row: a damaged file may hold a block twice and miss another.
+    let mut seen = room(height)?;
+    seen.resize(height, 0);
+    for chunk in chunks {
+        let chunk = chunk.map_err(codec)?;
+        if chunk.layer_index != part {
+            continue;
+        }
+        let block = UncompressedBlock::decompress_chunk(chunk, &meta, false).map_err(codec)?;
+        let BlockIndex { pixel_position: at, pixel_size: size, level, .. } = block.index;
+        if level != Vec2(0, 0) {
+            continue;
+        }
+        if at.x() + size.width() > width || at.y() + size.height() > height {
+            return Err(Failure::Codec("damaged: a block lies outside of the image".to_owned()));
+        }
+        for line in block.lines(channels) {
+            let (row, channel) = (line.location.position.y(), line.location.channel);
+            let start = row * width + line.location.position.x();
+            let row_pixels = &mut pixels[start..start + line.location.sample_count];
+            seen[row] += row_pixels.len();
+            let into = targets[channel];
+            match channels.list[channel].sample_type {
+                SampleType::F16 => put(row_pixels, into, line.read_samples::<f16>(), f16::to_f32),
+                SampleType::F32 => put(row_pixels, into, line.read_samples::<f32>(), |x| x),
+                SampleType::U32 => put(row_pixels, into, line.read_samples::<u32>(), |x| x as f32),
+            }?;
+        }
+    }
+    if seen.iter().any(|&samples| samples != width * channels.list.len()) {
+        return Err(Failure::Codec("damaged: pixels are missing".to_owned()));
+    }
+    Ok(Image { width: width as u32, height: height as u32, pixels })
+}
+
+/// Which of r, g, b each channel of the file fills; none if these are not all filled.
+fn targets(header: &Header) -> Option<Vec<[bool; 3]>> {
+    let has = |name: &str| header.channels.list.iter().any(|channel| channel.name.eq(name));
+    let colour = has("R") && has("G") && has("B");
+    (colour || has("Y")).then(|| {
+        let target = |name: &Text| match colour {
+            true => ["R", "G", "B"].map(|wanted| name.eq(wanted)),
+            false => [name.eq("Y"); 3],
+        };
+        header.channels.list.iter().map(|channel| target(&channel.name)).collect()
+    })
+}
+
+fn put<T>(
+    pixels: &mut [Rgb],
+    into: [bool; 3],
+    samples: impl Iterator<Item = exr::error::Result<T>>,
+    convert: impl Fn(T) -> f32,
+) -> Result<(), Failure> {
+    if into == [false; 3] {
+        return Ok(());
+    }
+    for (pixel, sample) in pixels.iter_mut().zip(samples) {
+        let value = convert(sample.map_err(codec)?);
+        for (i, _) in into.iter().enumerate().filter(|(_, wanted)| **wanted) {
+            pixel[i] = value;
+        }
+    }
+    Ok(())
+}
+
+fn codec(error: exr::error::Error) -> Failure {
+    match error {
+        exr::error::Error::NotSupported(what) => Failure::Unsupported(format!("not supported: {what}")),
+        exr::error::Error::Io(source) => Failure::Codec(format!("damaged: {source}")),
+        other => Failure::Codec(format!("damaged: {other}")),
+    }
+}

@@ -1,0 +1,75 @@
+//! An image as a file stores it.
+
+use super::{Failure, Format, WriteOptions, Written, room, transfer};
+use crate::math::Rgb;
+use crate::render::Image;
+use half::f16;
+
+/// The largest finite half, 65504.
+const HALF_MAX: f32 = f16::MAX.to_f32_const();
+/// The largest RGBE value: mantissa 255/256, exponent 2^127.
+const RGBE_MAX: f32 = 1.694_7e38;
+
+/// RGB, row by row from the top.
+pub(super) enum Samples {
+    /// sRGB, 8 bits.
+    Bytes(Vec<u8>),
+    /// Linear.
+    Half(Vec<f16>),
+    /// Linear.
+    Float(Vec<f32>),
+}
+
+/// Samples ready to be stored.
+pub(super) struct Picture {
+    pub(super) width: u32,
+    pub(super) height: u32,
+    pub(super) samples: Samples,
+}
+
+impl Picture {
+    /// Converts; all values that a codec sees are finite and in its range.
+    pub(super) fn new(image: &Image, format: Format, options: &WriteOptions) -> Result<(Picture, Written), Failure> {
+        let (width, height) = (image.width, image.height);
+        let pixels = u64::from(width) * u64::from(height);
+        if pixels == 0 || pixels != image.pixels.len() as u64 || width.max(height) > i32::MAX as u32 {
+            let reason = format!("an image of {width}x{height} with {} pixels cannot be written", image.pixels.len());
+            return Err(Failure::Unsupported(reason));
+        }
+        let mut written = Written::default();
+        let mut finite = |p: Rgb| {
+            if p.is_finite() {
+                return p;
+            }
+            written.non_finite += 1;
+            Rgb::ZERO
+        };
+        let mut clamped = 0;
+        let mut within = |p: Rgb, low: f32, high: f32| {
+            let inside = p.clamp(Rgb::splat(low), Rgb::splat(high));
+            clamped += u64::from(inside != p);
+            inside
+        };
+        let samples = match format {
+            Format::Png | Format::Jpeg => {
+                let scale = options.exposure.exp2();
+                // 0 * inf is NaN: black stays black at any exposure.
+                let expose = |x: f32| if x == 0.0 { 0 } else { transfer::encode(x * scale) };
+                Samples::Bytes(collect(image, |p| finite(p).to_array().map(expose))?)
+            }
+            Format::Exr if options.half => {
+                Samples::Half(collect(image, |p| within(finite(p), -HALF_MAX, HALF_MAX).to_array().map(f16::from_f32))?)
+            }
+            Format::Hdr => Samples::Float(collect(image, |p| within(finite(p), 0.0, RGBE_MAX).to_array())?),
+            Format::Exr | Format::Tiff => Samples::Float(collect(image, |p| finite(p).to_array())?),
+        };
+        written.clamped = clamped;
+        Ok((Picture { width, height, samples }, written))
+    }
+}
+
+fn collect<T>(image: &Image, mut convert: impl FnMut(Rgb) -> [T; 3]) -> Result<Vec<T>, Failure> {
+    let mut samples = room(image.pixels.len().checked_mul(3).ok_or(Failure::OutOfMemory)?)?;
+    samples.extend(image.pixels.iter().flat_map(|&pixel| convert(pixel)));
+    Ok(samples)
+}

@@ -1,0 +1,236 @@
+//! Handing out and folding in the work of a render. A pass is one sample of every pixel with its light
+//! subpath, cut into tiles; passes enter the film whole, tile by tile in their order, so that the sums
+//! do not depend on who computed what and when.
+
+use super::film::Film;
+use super::job::{Output, RenderError, Settings, Statistics, Technique};
+use crate::integrator::{Sample, Splat};
+use crate::math::Rgb;
+use crate::render::Image;
+use crate::transport::subpath::RayCount;
+use glam::DVec3;
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+/// Pixels of a tile: some milliseconds of work, far more than handing it out costs.
+const TILE_PIXELS: u32 = 1024;
+
+/// Passes that may wait for an earlier one's last tile. Bounds memory; two keep all workers busy.
+const PASSES_AHEAD: u32 = 2;
+
+/// The unit of work: some pixels of one pass.
+#[derive(Debug)]
+pub struct Tile {
+    /// Which sample of the pixels.
+    pub pass: u32,
+    /// Position in the pass.
+    pub index: u32,
+    /// Pixel numbers.
+    pub pixels: Range<u32>,
+    /// Radiance of each pixel.
+    pub camera: Vec<Rgb>,
+    /// Light-image contributions.
+    pub splats: Vec<Splat>,
+    /// Per-technique contributions: technique, pixel, weighted, unweighted. Empty unless asked for.
+    pub techniques: Vec<(Technique, u32, Rgb, Rgb)>,
+    /// Rays it took.
+    pub rays: RayCount,
+    /// Values dropped because they were not finite.
+    pub non_finite: u64,
+    /// Pixel of the first of them.
+    pub first_non_finite: Option<u32>,
+}
+
+impl Tile {
+    /// Takes in the next pixel's sample; what is not finite is left out and counted.
+    pub fn add(&mut self, pixel: u32, sample: &Sample) {
+        let mut check = |value: Rgb| {
+            if value.is_finite() {
+                return Some(value);
+            }
+            self.non_finite += 1;
+            self.first_non_finite.get_or_insert(pixel);
+            None
+        };
+        let radiance = check(sample.radiance).unwrap_or(Rgb::ZERO);
+        self.splats.extend(sample.splats.iter().filter(|s| check(s.value).is_some()));
+        self.camera.push(radiance);
+    }
+}
+
+/// The state shared by the workers of one render.
+pub struct Passes {
+    pixels: u32,
+    tiles_per_pass: u32,
+    samples: u32,
+    state: Mutex<State>,
+    advanced: Condvar,
+}
+
+struct State {
+    next: (u32, u32),
+    /// Passes at and after this one are not begun.
+    end: u32,
+    finished_tiles: u64,
+    /// Tiles of passes that are not in the film yet.
+    waiting: BTreeMap<u32, Vec<Option<Tile>>>,
+    film: Film,
+    techniques: BTreeMap<Technique, (Vec<DVec3>, Vec<DVec3>)>,
+    rays: RayCount,
+    non_finite: u64,
+    first_non_finite: Option<(u32, u32)>,
+    noise: f32,
+}
+
+impl Passes {
+    /// For a validated request.
+    pub fn new(settings: &Settings) -> Result<Passes, RenderError> {
+        let pixels = settings.width * settings.height;
+        Ok(Passes {
+            pixels,
+            tiles_per_pass: pixels.div_ceil(TILE_PIXELS),
+            samples: settings.samples,
+            state: Mutex::new(State {
+                next: (0, 0),
+                end: settings.samples,
+                finished_tiles: 0,
+                waiting: BTreeMap::new(),
+                film: Film::new(settings.width, settings.height)?,
+                techniques: BTreeMap::new(),
+                rays: RayCount::default(),
+                non_finite: 0,
+                first_non_finite: None,
+                noise: f32::NAN,
+            }),
+            advanced: Condvar::new(),
+        })
+    }
+
+    fn lock(&self) -> MutexGuard<'_, State> {
+        // A worker that panicked ends the render with an error; until then the others may go on.
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The next tile, or `None` when there is no more to do. Waits while too many passes are unfinished.
+    pub fn next_tile(&self, stop: &dyn Fn() -> bool) -> Option<Tile> {
+        let mut state = self.lock();
+        loop {
+            let (pass, index) = state.next;
+            if pass >= state.end || stop() {
+                return None;
+            }
+            if pass < state.film.passes + PASSES_AHEAD {
+                state.next = if index + 1 == self.tiles_per_pass { (pass + 1, 0) } else { (pass, index + 1) };
+                let first = index * TILE_PIXELS;
+                let pixels = first..(first + TILE_PIXELS).min(self.pixels);
+                return Some(Tile {
+                    pass,
+                    index,
+                    camera: Vec::with_capacity(pixels.len()),
+                    pixels,
+                    splats: Vec::new(),
+                    techniques: Vec::new(),
+                    rays: RayCount::default(),
+                    non_finite: 0,
+                    first_non_finite: None,
+                });
+            }
+            // The time-out lets a waiting worker see a cancel.
+            let wait = self.advanced.wait_timeout(state, Duration::from_millis(20));
+            state = wait.unwrap_or_else(PoisonError::into_inner).0;
+        }
+    }
+
+    /// Begins no further pass; unfinished ones are dropped.
+    pub fn stop(&self) {
+        let mut state = self.lock();
+        state.end = state.film.passes;
+        self.advanced.notify_all();
+    }
+
+    /// Takes a finished tile in, and every pass that it completes into the film.
+    pub fn finish(&self, tile: Tile, start: Instant, time_limit: Option<Duration>) {
+        let mut guard = self.lock();
+        let state = &mut *guard;
+        state.finished_tiles += 1;
+        let slots = state.waiting.entry(tile.pass).or_insert_with(|| (0..self.tiles_per_pass).map(|_| None).collect());
+        let index = tile.index as usize;
+        slots[index] = Some(tile);
+        while state.film.passes < state.end
+            && state.waiting.get(&state.film.passes).is_some_and(|tiles| tiles.iter().all(Option::is_some))
+        {
+            let pass = state.film.passes;
+            for tile in state.waiting.remove(&pass).into_iter().flatten().flatten() {
+                state.fold(tile, self.pixels);
+            }
+            state.film.passes += 1;
+            if state.film.passes.is_power_of_two() || state.film.passes % 8 == 0 {
+                state.noise = state.film.noise();
+            }
+            if time_limit.is_some_and(|limit| start.elapsed() >= limit) {
+                state.end = state.film.passes;
+            }
+            self.advanced.notify_all();
+        }
+    }
+
+    /// Share of the tiles that is done.
+    pub fn fraction(&self) -> f32 {
+        (self.lock().finished_tiles as f64 / (f64::from(self.samples) * f64::from(self.tiles_per_pass))) as f32
+    }
+
+    /// Passes in the film, and its noise.
+    pub fn noise(&self) -> (u32, f32) {
+        let state = self.lock();
+        (state.film.passes, state.noise)
+    }
+
+    /// The images and the counts.
+    pub fn into_output(self) -> Output {
+        let state = self.state.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let film = &state.film;
+        let scale = 1.0 / f64::from(film.passes.max(1));
+        let average = |sums: &[DVec3]| Image {
+            width: film.width,
+            height: film.height,
+            pixels: sums.iter().map(|s| (*s * scale).as_vec3()).collect(),
+        };
+        let techniques = state.techniques.iter().map(|(t, (w, u))| (*t, (average(w), average(u)))).collect();
+        let statistics = Statistics {
+            samples: film.passes,
+            camera_rays: state.rays.camera,
+            camera_path_rays: state.rays.camera_path,
+            light_path_rays: state.rays.light_path,
+            shadow_rays: state.rays.shadow,
+            non_finite: state.non_finite,
+            first_non_finite: state.first_non_finite,
+            film_bytes: film.bytes(),
+            ..Statistics::default()
+        };
+        Output { image: film.image(), techniques, statistics, cancelled: false }
+    }
+}
+
+impl State {
+    fn fold(&mut self, tile: Tile, pixels: u32) {
+        for (pixel, &value) in tile.pixels.clone().zip(&tile.camera) {
+            self.film.add_camera(pixel, value);
+        }
+        for splat in &tile.splats {
+            self.film.add_light(splat.pixel, splat.value);
+        }
+        for &(technique, pixel, weighted, unweighted) in &tile.techniques {
+            let black = || vec![DVec3::ZERO; pixels as usize];
+            let sums = self.techniques.entry(technique).or_insert_with(|| (black(), black()));
+            sums.0[pixel as usize] += weighted.as_dvec3();
+            sums.1[pixel as usize] += unweighted.as_dvec3();
+        }
+        self.rays = self.rays + tile.rays;
+        self.non_finite += tile.non_finite;
+        if let (None, Some(pixel)) = (self.first_non_finite, tile.first_non_finite) {
+            self.first_non_finite = Some((pixel, tile.pass));
+        }
+    }
+}

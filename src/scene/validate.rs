@@ -1,0 +1,223 @@
+//! Looks at a description once, before anything is built from it. Afterwards the render code asserts
+//! nothing about its input.
+
+use super::SceneError;
+use super::description::*;
+use crate::math::Rgb;
+use glam::{DAffine3, DVec3};
+
+/// Embree drops triangles beyond about 1.8e18 without a word (measured, 4.3.3).
+const LARGEST_COORDINATE: f64 = 1e18;
+
+/// Names the object while its fields are checked.
+struct Object<'a> {
+    kind: &'static str,
+    index: usize,
+    name: &'a str,
+}
+
+impl Object<'_> {
+    fn fail<T>(&self, field: impl Into<String>, value: impl ToString, expected: &str) -> Result<T, SceneError> {
+        Err(SceneError::Invalid {
+            kind: self.kind,
+            index: self.index,
+            name: self.name.to_owned(),
+            field: field.into(),
+            value: value.to_string(),
+            expected: expected.to_owned(),
+        })
+    }
+
+    fn range(&self, field: &str, value: f64, low: f64, high: f64) -> Result<(), SceneError> {
+        if value >= low && value <= high {
+            return Ok(());
+        }
+        self.fail(field, value, &format!("a number in [{low}, {high}] was expected"))
+    }
+
+    fn color(&self, field: &str, value: Rgb, high: f32) -> Result<(), SceneError> {
+        for (c, channel) in value.to_array().into_iter().zip(["r", "g", "b"]) {
+            if !(c >= 0.0 && c <= high) {
+                return self.fail(format!("{field}.{channel}"), c, &format!("a number in [0, {high}] was expected"));
+            }
+        }
+        Ok(())
+    }
+
+    fn point(&self, field: &str, value: DVec3) -> Result<(), SceneError> {
+        if value.is_finite() && value.abs().max_element() <= LARGEST_COORDINATE {
+            return Ok(());
+        }
+        self.fail(field, value, "finite coordinates below 1e18 were expected")
+    }
+
+    fn direction(&self, field: &str, value: DVec3) -> Result<(), SceneError> {
+        if value.is_finite() && value.length() > 0.0 && value.length().is_finite() {
+            return Ok(());
+        }
+        self.fail(field, value, "a finite vector of non-zero length was expected")
+    }
+
+    fn transform(&self, value: &DAffine3) -> Result<(), SceneError> {
+        self.point("transform.translation", value.translation)?;
+        let m = value.matrix3;
+        if !m.is_finite() {
+            return self.fail("transform", m, "finite numbers were expected");
+        }
+        // Relative to the axes' lengths, so that a tiny but sound scale passes.
+        let volume = m.x_axis.length() * m.y_axis.length() * m.z_axis.length();
+        if !(m.determinant().abs() > 1e-12 * volume) || volume == 0.0 {
+            return self.fail("transform", m, "an invertible matrix was expected");
+        }
+        Ok(())
+    }
+
+    fn index_below(&self, field: &str, value: usize, count: usize) -> Result<(), SceneError> {
+        if value < count {
+            return Ok(());
+        }
+        self.fail(field, value, &format!("there are {count}"))
+    }
+}
+
+/// Checks every object of a description; the first fault found is the error.
+pub(super) fn validate(d: &Description) -> Result<(), SceneError> {
+    for (index, mesh) in d.meshes.iter().enumerate() {
+        validate_mesh(&Object { kind: "mesh", index, name: &mesh.name }, mesh)?;
+    }
+    for (index, material) in d.materials.iter().enumerate() {
+        let object = Object { kind: "material", index, name: &material.name };
+        object.color("emission", material.emission, f32::MAX)?;
+        validate_scattering(&object, &material.scattering)?;
+    }
+    for (index, instance) in d.instances.iter().enumerate() {
+        validate_instance(&Object { kind: "instance", index, name: &instance.name }, instance, d)?;
+    }
+    for (index, light) in d.lights.iter().enumerate() {
+        validate_light(&Object { kind: "light", index, name: &light.name }, &light.kind)?;
+    }
+    Object { kind: "environment", index: 0, name: "" }.color("radiance", d.environment, f32::MAX)?;
+    for (index, camera) in d.cameras.iter().enumerate() {
+        let object = Object { kind: "camera", index, name: &camera.name };
+        object.transform(&camera.transform)?;
+        match camera.projection {
+            Projection::Perspective { yfov } => object.range("yfov", yfov, 1e-6, std::f64::consts::PI - 1e-6)?,
+            Projection::Orthographic { ymag } => object.range("ymag", ymag, f64::MIN_POSITIVE, LARGEST_COORDINATE)?,
+        }
+    }
+    if d.instances.is_empty() && d.environment == Rgb::ZERO {
+        return Err(SceneError::Empty("shape and no environment"));
+    }
+    Ok(())
+}
+
+fn validate_mesh(object: &Object, mesh: &MeshDescription) -> Result<(), SceneError> {
+    let count = mesh.positions.len();
+    if count > u32::MAX as usize || mesh.triangles.len() > u32::MAX as usize {
+        return object.fail("positions", count, "at most 2^32 - 1 vertices and triangles were expected");
+    }
+    for (i, p) in mesh.positions.iter().enumerate() {
+        for (c, axis) in p.iter().zip(["x", "y", "z"]) {
+            if !(c.abs() as f64 <= LARGEST_COORDINATE) {
+                return object.fail(format!("positions[{i}].{axis}"), c, "a finite number below 1e18 was expected");
+            }
+        }
+    }
+    if !mesh.normals.is_empty() && mesh.normals.len() != count {
+        let expected = format!("none, or one for each of the {count} positions, was expected");
+        return object.fail("normals.len()", mesh.normals.len(), &expected);
+    }
+    for (i, n) in mesh.normals.iter().enumerate() {
+        let n = DVec3::from(n.map(f64::from));
+        if !(n.is_finite() && n.length_squared() > 0.0) {
+            return object.fail(format!("normals[{i}]"), n, "a finite vector of non-zero length was expected");
+        }
+    }
+    for (i, t) in mesh.triangles.iter().enumerate() {
+        for (k, &v) in t.iter().enumerate() {
+            if v as usize >= count {
+                let expected = format!("the mesh has {count} positions");
+                return object.fail(format!("triangles[{i}][{k}]"), v, &expected);
+            }
+        }
+    }
+    Ok(())
+}
+
+fn validate_scattering(object: &Object, scattering: &Scattering) -> Result<(), SceneError> {
+    let medium = |side: &str, m: &Medium| {
+        object.range(&format!("{side}.ior"), m.ior as f64, 1.0, 10.0)?;
+        object.color(&format!("{side}.absorption"), m.absorption, f32::MAX)
+    };
+    match scattering {
+        Scattering::Diffuse { reflectance } => object.color("reflectance", *reflectance, 1.0),
+        Scattering::Dielectric { inside, outside, roughness, tint } => {
+            medium("inside", inside)?;
+            medium("outside", outside)?;
+            object.range("roughness", *roughness as f64, 0.0, 1.0)?;
+            object.color("tint", *tint, 1.0)
+        }
+        Scattering::ThinDielectric { ior, roughness, tint } => {
+            object.range("ior", *ior as f64, 1.0, 10.0)?;
+            object.range("roughness", *roughness as f64, 0.0, 1.0)?;
+            object.color("tint", *tint, 1.0)
+        }
+        Scattering::Conductor { reflectance, roughness } => {
+            object.color("reflectance", *reflectance, 1.0)?;
+            object.range("roughness", *roughness as f64, 0.0, 1.0)
+        }
+        Scattering::MetallicRoughness(m) => {
+            object.color("base_color", m.base_color, 1.0)?;
+            object.range("metallic", m.metallic as f64, 0.0, 1.0)?;
+            object.range("roughness", m.roughness as f64, 0.0, 1.0)?;
+            object.range("ior", m.ior as f64, 1.0, 10.0)?;
+            object.range("specular", m.specular as f64, 0.0, 1.0)?;
+            // KHR_materials_specular allows colours above 1; the reflectance is clamped to 1 there.
+            object.color("specular_color", m.specular_color, f32::MAX)?;
+            object.range("transmission", m.transmission as f64, 0.0, 1.0)?;
+            object.color("absorption", m.absorption, f32::MAX)
+        }
+    }
+}
+
+fn validate_instance(object: &Object, instance: &Instance, d: &Description) -> Result<(), SceneError> {
+    object.index_below("material", instance.material, d.materials.len())?;
+    object.transform(&instance.transform)?;
+    match instance.geometry {
+        Geometry::Mesh(mesh) => object.index_below("geometry", mesh, d.meshes.len()),
+        Geometry::Sphere { radius } => {
+            object.range("radius", radius, f64::MIN_POSITIVE, LARGEST_COORDINATE)?;
+            let m = instance.transform.matrix3;
+            let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
+            let s = x.length();
+            let uneven = [y.length() - s, z.length() - s, x.dot(y) / s, y.dot(z) / s, z.dot(x) / s];
+            if uneven.iter().any(|u| u.abs() > 1e-5 * s) {
+                return object.fail("transform", m, "a sphere may be scaled uniformly only");
+            }
+            Ok(())
+        }
+    }
+}
+
+fn validate_light(object: &Object, kind: &LightKind) -> Result<(), SceneError> {
+    match *kind {
+        LightKind::Point { position, intensity } => {
+            object.point("position", position)?;
+            object.color("intensity", intensity, f32::MAX)
+        }
+        LightKind::Spot { position, direction, intensity, inner, outer } => {
+            object.point("position", position)?;
+            object.direction("direction", direction)?;
+            object.color("intensity", intensity, f32::MAX)?;
+            object.range("outer", outer, 1e-6, std::f64::consts::FRAC_PI_2)?;
+            if !(inner >= 0.0 && inner < outer) {
+                return object.fail("inner", inner, &format!("an angle in [0, outer = {outer}) was expected"));
+            }
+            Ok(())
+        }
+        LightKind::Directional { direction, irradiance } => {
+            object.direction("direction", direction)?;
+            object.color("irradiance", irradiance, f32::MAX)
+        }
+    }
+}

@@ -1,0 +1,9 @@
+//! Light transport: subpaths, the techniques that join them, their weights.
+
+pub mod connect;
+pub mod subpath;
+pub mod vertex;
+pub mod weight;
+
+pub use subpath::{EmitterHit, Tracer};
+pub use vertex::{LightVertex, Vertex};

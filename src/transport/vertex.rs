@@ -1,0 +1,89 @@
+//! The connectable vertices of a subpath.
+
+use super::weight::Partial;
+use crate::camera::Endpoint;
+use crate::emitter::LightDensities;
+use crate::geometry::SurfacePoint;
+use crate::math::Rgb;
+use crate::scene::World;
+use crate::scene::world::MediumId;
+use glam::Vec3;
+
+/// A vertex that connections may use: a point on a surface with a connectable lobe.
+#[derive(Clone, Copy, Debug)]
+pub struct Vertex {
+    /// The surface.
+    pub at: SurfacePoint,
+    /// Direction to the previous vertex of the subpath, unit.
+    pub wo: Vec3,
+    /// Throughput on arrival. Camera subpath: scales radiance. Light subpath: flux weight.
+    pub beta: Rgb,
+    /// The techniques that end before this vertex.
+    pub partial: Partial,
+    /// Segments between the subpath's start and this vertex, those inside chains included.
+    pub segments: u32,
+    /// Medium on the side of `wo`.
+    pub medium: MediumId,
+    /// The macro-edge that leads here.
+    pub edge: EdgeRecord,
+}
+
+impl Vertex {
+    /// Veach's shading-normal factor of the incident side, `cos_s(wo) / cos_g(wo)`, by which a light
+    /// subpath's connection differs from a camera subpath's (Veach 1997, §5.3; the cosines of the
+    /// outgoing side cancel against the geometry term).
+    #[inline]
+    pub fn incident_adjoint(&self) -> f32 {
+        if self.at.ns == self.at.ng {
+            return 1.0;
+        }
+        self.at.ns.dot(self.wo).abs() / self.at.ng.dot(self.wo).abs()
+    }
+
+    /// The medium into which the path leaves along `w`: the one it came through, unless it crosses
+    /// a refracting surface here.
+    #[inline]
+    pub fn medium_toward(&self, world: &World, w: Vec3) -> MediumId {
+        match world.boundary(self.at.shape) {
+            Some(boundary) => boundary.medium_toward(&self.at, w),
+            None => self.medium,
+        }
+    }
+
+    /// Absolute cosine of a direction with the geometric normal.
+    #[inline]
+    pub fn cos_g(&self, w: Vec3) -> f32 {
+        self.at.ng.dot(w).abs()
+    }
+
+    /// Absolute cosine of a direction with the shading normal.
+    #[inline]
+    pub fn cos_s(&self, w: Vec3) -> f32 {
+        self.at.ns.dot(w).abs()
+    }
+}
+
+/// What the weights need to know of a macro-edge after it was closed, to rebuild them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EdgeRecord {
+    /// Non-connectable vertices in between.
+    pub chain: u32,
+    /// Product of the discrete probabilities with which a walk chooses the chain's lobes.
+    pub chain_probability: f64,
+    /// `dA_a domega_a -> dA_b domega_b` of the chain without the common factor `J`:
+    /// `n_a² kappa cos_a / (n_b² cos_b)` with `a` the camera-side end. Unused without a chain.
+    pub etendue_ratio: f64,
+    /// Direction in which the path left the old vertex.
+    pub departure: Vec3,
+}
+
+/// The start of a light subpath.
+#[derive(Clone, Copy, Debug)]
+pub struct LightVertex {
+    /// Index of the light.
+    pub light: u32,
+    /// Where.
+    pub at: Endpoint,
+    /// Densities for the path that leaves here.
+    pub densities: LightDensities,
+}

@@ -1,0 +1,289 @@
+//! The weight of every path that the bidirectional path tracer really samples, against the definition:
+//! all densities of all techniques evaluated again from the vertices alone.
+//!
+//! The definition's shares of a path are a function of its vertices and sum to one. If whichever
+//! technique made the path carries its share, the techniques' weights of that path sum to one.
+
+mod common;
+
+use caustica::camera::{Camera, Endpoint};
+use caustica::geometry::ray::segment;
+use caustica::integrator::bdpt::{self, View};
+use caustica::integrator::{Contribution, Observer, Sample};
+use caustica::math::Rgb;
+use caustica::scatter::TransportMode;
+use caustica::scene::World;
+use caustica::scene::description::*;
+use caustica::transport::vertex::EdgeRecord;
+use caustica::transport::{Tracer, Vertex};
+use common::Builder;
+use glam::{DVec3, Vec2, Vec3};
+
+/// A compressed path, camera end first, without the camera and the light vertex themselves.
+struct FullPath<'a> {
+    world: &'a World,
+    camera: &'a Camera,
+    vertices: Vec<&'a Vertex>,
+    /// Macro-edge i leads from z_i to z_{i+1}; the direction into it at z_i, and at z_{i+1}.
+    edges: Vec<(EdgeRecord, Vec3, Vec3)>,
+    light: &'a caustica::transport::LightVertex,
+}
+
+impl FullPath<'_> {
+    fn new<'a>(world: &'a World, camera: &'a Camera, c: &Contribution<'a>) -> FullPath<'a> {
+        let vertices: Vec<&Vertex> = c.camera.iter().chain(c.light.iter().rev()).collect();
+        let mut edges: Vec<(EdgeRecord, Vec3, Vec3)> = Vec::new();
+        for z in c.camera {
+            edges.push((z.edge, z.edge.departure, z.wo));
+        }
+        let point = |i: usize| vertices.get(i).map(|v| v.at.p);
+        let light_point = match &c.start.at {
+            Endpoint::Surface(at) => Some(at.p),
+            Endpoint::Point(p) => Some(*p),
+            Endpoint::Infinite(_) => None,
+        };
+        // The edge that the technique joined, if any, has no chain.
+        match c.hit {
+            Some(hit) => edges.push((hit.edge, hit.edge.departure, -hit.edge.departure)),
+            None => {
+                let i = c.camera.len();
+                let to = if i < vertices.len() { point(i) } else { light_point };
+                let w = match (i.checked_sub(1).and_then(point), to) {
+                    (Some(p), Some(q)) => segment(p, q).0,
+                    (Some(_), None) => match c.start.at {
+                        Endpoint::Infinite(w) => w,
+                        _ => unreachable!(),
+                    },
+                    // From the camera: its own direction is not needed.
+                    (None, Some(q)) => -camera.connect(q).expect("a visible vertex").wi,
+                    (None, None) => unreachable!(),
+                };
+                edges.push((EdgeRecord::default(), w, -w));
+            }
+        }
+        for y in c.light.iter().rev() {
+            edges.push((y.edge, y.wo, y.edge.departure));
+        }
+        FullPath { world, camera, vertices, edges, light: c.start }
+    }
+
+    /// Densities of both directions at z_i (1 <= i < m): of leaving toward z_{i+1}, toward z_{i-1}.
+    fn turns(&self, i: usize) -> (f64, f64) {
+        let v = self.vertices[i - 1];
+        let (to_camera, to_light) = (self.edges[i - 1].2, self.edges[i].1);
+        let e = self.world.bsdf(v.at.shape).evaluate(&v.at, to_camera, to_light, TransportMode::Radiance);
+        (e.pdf as f64, e.pdf_reverse as f64)
+    }
+
+    /// All shares, by the definition P_i = a_i prod F prod R, in logarithms.
+    fn shares(&self) -> Vec<f64> {
+        let m = self.edges.len();
+        let cos = |i: usize, w: Vec3| self.vertices[i - 1].at.ng.dot(w).abs() as f64;
+        let light_cos = |w: Vec3| match &self.light.at {
+            Endpoint::Surface(at) => at.ng.dot(w).abs() as f64,
+            _ => 1.0,
+        };
+        let receiver = if m >= 2 { self.vertices[m - 2].at.p } else { Vec3::ZERO };
+        let lights = &self.world.lights;
+        let shapes = &self.world.shapes;
+        let light = lights.densities(shapes, self.light.light, &self.light.at, self.edges[m - 1].2, receiver);
+        // Geometry of edge i: factors from a density at z_i to one at z_{i+1}, and back.
+        let geometry = |i: usize| -> (f64, f64) {
+            let (record, from_camera, from_light) = &self.edges[i];
+            if record.chain > 0 {
+                return (record.chain_probability, record.chain_probability * record.etendue_ratio);
+            }
+            let cos_here = if i == 0 { 1.0 } else { cos(i, *from_camera) };
+            let cos_next = if i + 1 == m { light_cos(*from_light) } else { cos(i + 1, *from_light) };
+            let end = if i + 1 < m {
+                Some(self.vertices[i].at.p)
+            } else {
+                match &self.light.at {
+                    Endpoint::Surface(at) => Some(at.p),
+                    Endpoint::Point(p) => Some(*p),
+                    Endpoint::Infinite(_) => None,
+                }
+            };
+            match end {
+                None => (1.0, cos_here),
+                Some(_) if i == 0 => (cos_next, 0.0),
+                Some(q) => {
+                    let d2 = segment(self.vertices[i - 1].at.p, q).1;
+                    (cos_next / d2, cos_here / d2)
+                }
+            }
+        };
+        let forward = |i: usize| -> f64 {
+            let density = if i == 1 {
+                let seen = self.camera.connect(self.vertices[0].at.p);
+                seen.map_or(1.0, |s| s.density)
+            } else {
+                self.turns(i - 1).0
+            };
+            density * geometry(i - 1).0
+        };
+        let reverse = |i: usize| -> f64 {
+            match i {
+                i if i == m => light.position,
+                i if i == m - 1 => light.direction * geometry(i).1,
+                i => self.turns(i + 1).1 * geometry(i).1,
+            }
+        };
+        if m == 1 {
+            return vec![0.0, 1.0];
+        }
+        let log_p: Vec<f64> = (0..=m)
+            .map(|i| {
+                let exists = if i == m { light.hittable } else { self.edges[i].0.chain == 0 };
+                if !exists {
+                    return f64::NEG_INFINITY;
+                }
+                let camera_part: f64 = (1..=i).map(|j| forward(j).ln()).sum();
+                let light_part: f64 = (i + 1..=m)
+                    .map(|j| if i == m - 1 && j == m { light.direct.ln() } else { reverse(j).ln() })
+                    .sum();
+                camera_part + light_part
+            })
+            .collect();
+        let largest = log_p.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let sum: f64 = log_p.iter().map(|l| (l - largest).exp()).sum();
+        log_p.iter().map(|l| (l - largest).exp() / sum).collect()
+    }
+}
+
+/// Compares every observed weight with the definition.
+struct Check<'a> {
+    world: &'a World,
+    camera: &'a Camera,
+    paths: usize,
+    with_chain: usize,
+    by_technique: std::collections::BTreeMap<(u32, u32), usize>,
+    worst: f64,
+    worst_at: String,
+}
+
+impl Observer for Check<'_> {
+    fn observe(&mut self, c: &Contribution) {
+        let path = FullPath::new(self.world, self.camera, c);
+        let technique = c.camera.len() + usize::from(c.hit.is_some());
+        let shares = path.shares();
+        let sum: f64 = shares.iter().sum();
+        let error = (c.weight - shares[technique]).abs().max((sum - 1.0).abs());
+        self.paths += 1;
+        self.with_chain += usize::from(path.edges.iter().any(|e| e.0.chain > 0));
+        *self.by_technique.entry((c.s, c.t)).or_default() += 1;
+        if !(error <= self.worst) {
+            self.worst = error;
+            self.worst_at = format!("s = {}, t = {}: weight {} but share {}", c.s, c.t, c.weight, shares[technique]);
+        }
+    }
+}
+
+fn check(name: &str, builder: &Builder) {
+    let world = builder.commit();
+    let (width, height) = (24, 20);
+    let camera = Camera::new(&world.cameras[0], width, height);
+    let medium = world.medium_at(camera.generate(Vec2::new(12.0, 10.0)).0);
+    let view = View { camera: camera.clone(), medium, width, height };
+    let mut tracer = Tracer::new(&world, 9);
+    let mut check = Check {
+        world: &world,
+        camera: &camera,
+        paths: 0,
+        with_chain: 0,
+        by_technique: Default::default(),
+        worst: 0.0,
+        worst_at: String::new(),
+    };
+    let mut out = Sample::default();
+    for index in 0..12 {
+        for pixel in 0..width * height {
+            bdpt::sample(&mut tracer, &view, 11, pixel, index, &mut out, &mut check);
+        }
+    }
+    eprintln!("{name}: {} paths, {} with chains, {} techniques, worst {:.1e} ({})",
+        check.paths, check.with_chain, check.by_technique.len(), check.worst, check.worst_at);
+    assert!(check.paths > 5_000, "{name}: only {} paths", check.paths);
+    assert!(check.worst < 1e-9, "{name}: {}", check.worst_at);
+}
+
+/// A room with some objects; the lights come from the caller.
+fn room(lights: impl Fn(&mut Builder), with_glass: bool, projection: Projection) -> Builder {
+    let mut b = Builder::default();
+    let white = b.diffuse(0.7);
+    b.quad(Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0, white);
+    b.quad(Vec3::new(-2.0, 0.0, -2.0), Vec3::X * 4.0, Vec3::Y * 3.0, white);
+    let shiny = b.material(Scattering::MetallicRoughness(MetallicRoughness {
+        base_color: Rgb::new(0.8, 0.5, 0.3),
+        metallic: 0.3,
+        roughness: 0.5,
+        ior: 1.5,
+        specular: 1.0,
+        specular_color: Rgb::ONE,
+        transmission: 0.0,
+        solid: false,
+        absorption: Rgb::ZERO,
+    }));
+    b.mesh(common::icosphere(0.5, 1, true), shiny, glam::DAffine3::from_translation(DVec3::new(-0.8, 0.5, 0.0)));
+    if with_glass {
+        let glass = b.glass(1.5, 0.0);
+        b.sphere(DVec3::new(0.7, 0.6, 0.2), 0.5, glass);
+        b.mesh(common::icosphere(0.4, 2, true), glass, glam::DAffine3::from_translation(DVec3::new(0.0, 0.4, 0.9)));
+        let frosted = b.glass(1.4, 0.5);
+        b.sphere(DVec3::new(-0.3, 1.3, -0.6), 0.4, frosted);
+    }
+    lights(&mut b);
+    b.camera(DVec3::new(0.3, 1.4, 4.0), DVec3::new(0.0, 0.7, 0.0), projection);
+    b
+}
+
+const PERSPECTIVE: Projection = Projection::Perspective { yfov: 0.7 };
+
+#[test]
+fn area_light() {
+    let lights = |b: &mut Builder| {
+        let lamp = b.lamp(5.0);
+        b.quad(Vec3::new(-0.5, 2.8, -0.5), Vec3::X, Vec3::Z, lamp);
+    };
+    check("area light", &room(lights, false, PERSPECTIVE));
+    check("area light, glass", &room(lights, true, PERSPECTIVE));
+    check("area light, glass, orthographic", &room(lights, true, Projection::Orthographic { ymag: 1.3 }));
+}
+
+#[test]
+fn sphere_light() {
+    let lights = |b: &mut Builder| {
+        let lamp = b.lamp(5.0);
+        b.sphere(DVec3::new(0.0, 2.3, 0.5), 0.2, lamp);
+    };
+    check("sphere light", &room(lights, true, PERSPECTIVE));
+}
+
+#[test]
+fn delta_lights() {
+    let intensity = Rgb::splat(3.0);
+    let point = LightKind::Point { position: DVec3::new(0.5, 2.5, 1.0), intensity };
+    let spot = LightKind::Spot {
+        position: DVec3::new(-0.5, 2.5, 1.0),
+        direction: DVec3::new(0.2, -1.0, -0.4),
+        intensity,
+        inner: 0.3,
+        outer: 0.7,
+    };
+    let sun = LightKind::Directional { direction: DVec3::new(0.3, -1.0, -0.5), irradiance: intensity };
+    for (name, kind) in [("point", point), ("spot", spot), ("directional", sun)] {
+        check(name, &room(|b| b.light(kind), true, PERSPECTIVE));
+    }
+    check("three delta lights", &room(|b| [point, spot, sun].into_iter().for_each(|k| b.light(k)), true, PERSPECTIVE));
+}
+
+#[test]
+fn environment_and_area_light() {
+    let lights = |b: &mut Builder| {
+        let lamp = b.lamp(5.0);
+        b.quad(Vec3::new(-0.5, 2.8, -0.5), Vec3::X, Vec3::Z, lamp);
+        b.0.environment = Rgb::splat(0.5);
+    };
+    check("environment and area light", &room(lights, true, PERSPECTIVE));
+    check("environment, orthographic", &room(lights, true, Projection::Orthographic { ymag: 1.3 }));
+}
