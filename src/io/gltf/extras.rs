@@ -1,0 +1,80 @@
+//! `extras.caustica`: what glTF has no word for.
+
+use super::error::{GltfError, Object};
+use gltf::json::Extras;
+use serde_json::{Map, Value};
+
+/// The `caustica` entry of an object's extras. Keys are taken out as they are read; the rest is
+/// reported by [`Self::finish`].
+pub(super) struct Caustica<'a> {
+    object: &'a Object,
+    map: Map<String, Value>,
+}
+
+impl<'a> Caustica<'a> {
+    /// Empty if there is none.
+    pub(super) fn of(extras: &Extras, object: &'a Object) -> Result<Self, GltfError> {
+        // Extras may be large and are somebody else's: only text that names us is parsed.
+        let text = extras.as_ref().map(|raw| raw.get()).filter(|text| text.contains("\"caustica\""));
+        let value = match text {
+            Some(text) => serde_json::from_str::<Value>(text)
+                .map_err(|e| object.invalid("extras", "unreadable", e))?
+                .get_mut("caustica")
+                .map(Value::take),
+            None => None,
+        };
+        match value {
+            Some(Value::Object(map)) => Ok(Caustica { object, map }),
+            Some(value) => Err(object.invalid("extras.caustica", value, "expected an object")),
+            None => Ok(Caustica { object, map: Map::new() }),
+        }
+    }
+
+    /// A number.
+    pub(super) fn number(&mut self, key: &str) -> Result<Option<f64>, GltfError> {
+        self.map.remove(key).map(|value| self.to_number(key, &value)).transpose()
+    }
+
+    /// Three numbers.
+    pub(super) fn triple(&mut self, key: &str) -> Result<Option<[f32; 3]>, GltfError> {
+        let Some(value) = self.map.remove(key) else { return Ok(None) };
+        match value.as_array().map(Vec::as_slice) {
+            Some([r, g, b]) => {
+                let mut triple = [0.0; 3];
+                for (i, value) in [r, g, b].into_iter().enumerate() {
+                    let field = format!("extras.caustica.{key}[{i}]");
+                    triple[i] = self.object.finite(&field, self.to_number(key, value)? as f32)?;
+                }
+                Ok(Some(triple))
+            }
+            _ => Err(self.object.invalid(format!("extras.caustica.{key}"), value, "expected a list of three numbers")),
+        }
+    }
+
+    /// `{"sphere": {"radius": r}}`.
+    pub(super) fn sphere_radius(&mut self) -> Result<Option<f64>, GltfError> {
+        let Some(sphere) = self.map.remove("sphere") else { return Ok(None) };
+        let field = "sphere.radius";
+        let radius = match sphere.get("radius") {
+            Some(radius) => self.to_number(field, radius)?,
+            None => return Err(self.object.invalid("extras.caustica.sphere", sphere, "expected {\"radius\": number}")),
+        };
+        if radius > 0.0 {
+            Ok(Some(radius))
+        } else {
+            Err(self.object.invalid(format!("extras.caustica.{field}"), radius, "expected a positive number"))
+        }
+    }
+
+    /// Warns about what nobody asked for: likely a misspelling.
+    pub(super) fn finish(self, warnings: &mut Vec<String>) {
+        for key in self.map.keys() {
+            warnings.push(format!("{}: extras.caustica.{key} is unknown and ignored", self.object));
+        }
+    }
+
+    fn to_number(&self, key: &str, value: &Value) -> Result<f64, GltfError> {
+        let number = value.as_f64().filter(|x| x.is_finite());
+        number.ok_or_else(|| self.object.invalid(format!("extras.caustica.{key}"), value, "expected a number"))
+    }
+}

@@ -1,0 +1,177 @@
+//! Materials: the metallic-roughness model of \[glTF\] 3.9 and its extensions, factors only.
+
+use super::document::Document;
+use super::error::{GltfError, Object};
+use super::extras::Caustica;
+use crate::math::Rgb;
+use crate::scene::description::{Material, Medium, MetallicRoughness, Scattering};
+use gltf::json::material::AlphaMode;
+use gltf::json::texture::{Info, Texture};
+use gltf::json::validation::Checked;
+use gltf::json::{self, Index};
+
+/// All materials of the file, in its order.
+pub(super) fn convert_all(document: &Document, warnings: &mut Vec<String>) -> Result<Vec<Material>, GltfError> {
+    let mut materials = Vec::with_capacity(document.root.materials.len() + 1);
+    for (i, material) in document.root.materials.iter().enumerate() {
+        let object = Object { kind: "material", index: Some(i), name: material.name.clone().unwrap_or_default() };
+        materials.push(convert(document, material, &object, warnings)?);
+    }
+    Ok(materials)
+}
+
+/// What a primitive without a material has: all properties at their defaults (\[glTF\] 3.9.6).
+pub(super) fn default_material() -> Material {
+    let scattering = Scattering::MetallicRoughness(MetallicRoughness {
+        base_color: Rgb::ONE,
+        metallic: 1.0,
+        roughness: 1.0,
+        ior: 1.5,
+        specular: 1.0,
+        specular_color: Rgb::ONE,
+        transmission: 0.0,
+        solid: false,
+        absorption: Rgb::ZERO,
+    });
+    Material { name: "default".into(), scattering, emission: Rgb::ZERO, emission_two_sided: false }
+}
+
+fn convert(
+    document: &Document,
+    material: &json::Material,
+    object: &Object,
+    warnings: &mut Vec<String>,
+) -> Result<Material, GltfError> {
+    let pbr = &material.pbr_metallic_roughness;
+    let extensions = material.extensions.clone().unwrap_or_default();
+    let specular = extensions.specular.unwrap_or_default();
+    let transmission = extensions.transmission.unwrap_or_default();
+    let volume = extensions.volume.unwrap_or_default();
+
+    let [r, g, b, _] = object.all_finite("baseColorFactor", pbr.base_color_factor.0)?;
+    let solid = object.finite("thicknessFactor", volume.thickness_factor.0)? > 0.0;
+    let model = MetallicRoughness {
+        base_color: Rgb::new(r, g, b),
+        metallic: object.finite("metallicFactor", pbr.metallic_factor.0)?,
+        roughness: object.finite("roughnessFactor", pbr.roughness_factor.0)?,
+        ior: object.finite("ior", extensions.ior.unwrap_or_default().ior.0)?,
+        specular: object.finite("specularFactor", specular.specular_factor.0)?,
+        specular_color: object.all_finite("specularColorFactor", specular.specular_color_factor.0)?.into(),
+        transmission: object.finite("transmissionFactor", transmission.transmission_factor.0)?,
+        solid,
+        absorption: absorption(&volume, object)?.filter(|_| solid).unwrap_or(Rgb::ZERO),
+    };
+
+    let strength = extensions.emissive_strength.unwrap_or_default().emissive_strength.0;
+    let strength = object.finite("emissiveStrength", strength)?;
+    let factor = object.all_finite("emissiveFactor", material.emissive_factor.0)?;
+    let emission = object.all_finite("emissiveFactor * emissiveStrength", factor.map(|c| c * strength))?;
+
+    let textures = [
+        ("baseColorTexture", index(&pbr.base_color_texture)),
+        ("metallicRoughnessTexture", index(&pbr.metallic_roughness_texture)),
+        ("normalTexture", material.normal_texture.as_ref().map(|t| t.index)),
+        ("occlusionTexture", material.occlusion_texture.as_ref().map(|t| t.index)),
+        ("emissiveTexture", index(&material.emissive_texture)),
+        ("transmissionTexture", index(&transmission.transmission_texture)),
+        ("thicknessTexture", index(&volume.thickness_texture)),
+        ("specularTexture", index(&specular.specular_texture)),
+        ("specularColorTexture", index(&specular.specular_color_texture)),
+    ];
+    for (slot, texture) in textures {
+        if let Some(texture) = texture {
+            warnings.push(format!("{object}: {slot} is ignored: {}", image_name(document, texture)));
+        }
+    }
+    match material.alpha_mode {
+        Checked::Valid(AlphaMode::Opaque) => {}
+        Checked::Valid(mode) => warnings.push(format!("{object}: alphaMode {mode:?} is ignored, it is opaque")),
+        Checked::Invalid => {
+            let value = document.literal(&format!("/materials/{}/alphaMode", object.index.unwrap_or_default()));
+            return Err(object.invalid("alphaMode", value, "expected OPAQUE, MASK or BLEND"));
+        }
+    }
+
+    Ok(Material {
+        name: object.label(),
+        scattering: with_exterior(model, material, object, warnings)?,
+        emission: emission.into(),
+        emission_two_sided: material.double_sided,
+    })
+}
+
+/// `-ln(attenuationColor) / attenuationDistance` per channel, 1/m (`KHR_materials_volume`,
+/// "Absorption"); `None` where nothing is absorbed.
+fn absorption(volume: &json::extensions::material::Volume, object: &Object) -> Result<Option<Rgb>, GltfError> {
+    let distance = volume.attenuation_distance.0;
+    let color = volume.attenuation_color.0;
+    if distance.is_nan() || distance <= 0.0 {
+        return Err(object.invalid("attenuationDistance", distance, "expected a positive number"));
+    }
+    for (i, c) in color.into_iter().enumerate() {
+        if !(0.0..=1.0).contains(&c) {
+            return Err(object.invalid(format!("attenuationColor[{i}]"), c, "expected 0 to 1"));
+        }
+    }
+    if distance == f32::INFINITY {
+        return Ok(None);
+    }
+    // Black would be an infinite coefficient; the smallest number transmits nothing either. The
+    // outer `max` turns the -0 of white into 0.
+    let coefficient = color.map(|c| (-c.max(f32::MIN_POSITIVE).ln()).max(0.0) / distance);
+    Ok(Some(object.all_finite("-ln(attenuationColor) / attenuationDistance", coefficient)?.into()))
+}
+
+/// The model itself, or the boundary between two media if extras name the outer one.
+fn with_exterior(
+    model: MetallicRoughness,
+    material: &json::Material,
+    object: &Object,
+    warnings: &mut Vec<String>,
+) -> Result<Scattering, GltfError> {
+    let mut extras = Caustica::of(&material.extras, object)?;
+    let ior = extras.number("exterior_ior")?;
+    let absorption = extras.triple("exterior_absorption")?;
+    extras.finish(warnings);
+    let Some(ior) = ior else {
+        return match absorption {
+            Some(_) => Err(object.invalid("extras.caustica.exterior_ior", "missing", "exterior_absorption needs it")),
+            None => Ok(Scattering::MetallicRoughness(model)),
+        };
+    };
+    let needs = "extras.caustica.exterior_ior needs a solid dielectric";
+    if model.transmission != 1.0 {
+        return Err(object.invalid("transmissionFactor", model.transmission, format!("{needs}: 1")));
+    }
+    if model.metallic != 0.0 {
+        return Err(object.invalid("metallicFactor", model.metallic, format!("{needs}: 0")));
+    }
+    if !model.solid {
+        return Err(object.invalid("thicknessFactor", 0, format!("{needs}: above 0")));
+    }
+    Ok(Scattering::Dielectric {
+        inside: Medium { ior: model.ior, absorption: model.absorption },
+        outside: Medium {
+            ior: object.finite("extras.caustica.exterior_ior", ior as f32)?,
+            absorption: absorption.map_or(Rgb::ZERO, Rgb::from),
+        },
+        roughness: model.roughness,
+        tint: model.base_color,
+    })
+}
+
+fn index(info: &Option<Info>) -> Option<Index<Texture>> {
+    info.as_ref().map(|info| info.index)
+}
+
+/// How a message calls the image of a texture.
+fn image_name(document: &Document, texture: Index<Texture>) -> String {
+    let Some(found) = document.root.get(texture) else { return format!("texture {texture} (missing)") };
+    let object = document.object(found.source);
+    let uri = document.root.get(found.source).and_then(|image| image.uri.as_deref());
+    match uri.filter(|uri| !uri.starts_with("data:")) {
+        Some(uri) => format!("{object} ({uri})"),
+        None if document.root.get(found.source).is_some() => object.to_string(),
+        None => document.object(texture).to_string(),
+    }
+}

@@ -1,0 +1,145 @@
+//! Triangles of one primitive (\[glTF\] 3.7.2, "Meshes").
+
+use super::accessor::Accessor;
+use super::budget::{Budget, reserve};
+use super::buffer::Buffers;
+use super::document::Document;
+use super::error::{GltfError, Object};
+use crate::scene::description::MeshDescription;
+use gltf::json::mesh::{Mode, Primitive, Semantic};
+use gltf::json::validation::Checked;
+
+/// Converts primitive `number` of the mesh `object`; `None`, with a warning, if it has no
+/// triangles.
+pub(super) fn convert(
+    document: &Document,
+    buffers: &Buffers,
+    primitive: &Primitive,
+    number: usize,
+    object: &Object,
+    budget: &mut Budget,
+    warnings: &mut Vec<String>,
+) -> Result<Option<MeshDescription>, GltfError> {
+    let field = |name: &str| format!("primitives[{number}].{name}");
+    let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
+    let mut warn = |what: &str| warnings.push(format!("{object}: {what}"));
+
+    let mode = match primitive.mode {
+        Checked::Valid(mode @ (Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)) => mode,
+        Checked::Valid(mode) => {
+            warn(&format!("{} {mode:?} is skipped, only triangles are rendered", field("mode")));
+            return Ok(None);
+        }
+        Checked::Invalid => {
+            let mesh = object.index.unwrap_or_default();
+            let value = document.literal(&format!("/meshes/{mesh}/primitives/{number}/mode"));
+            return Err(object.invalid(field("mode"), value, "expected 0 to 6"));
+        }
+    };
+    let Some(positions) = attribute(Semantic::Positions) else {
+        warn(&format!("primitives[{number}] has no POSITION and is skipped"));
+        return Ok(None);
+    };
+    if attribute(Semantic::Colors(0)).is_some() {
+        warn(&format!("{} is ignored", field("attributes.COLOR_0")));
+    }
+    if primitive.targets.as_ref().is_some_and(|targets| !targets.is_empty()) {
+        warn(&format!("{} (morph targets) are ignored", field("targets")));
+    }
+
+    let name = field("attributes.POSITION");
+    let positions = Accessor::of_vectors(document, buffers, positions, object, &name)?;
+    let normals = match attribute(Semantic::Normals) {
+        Some(index) => {
+            let normals = Accessor::of_vectors(document, buffers, index, object, &field("attributes.NORMAL"))?;
+            if normals.count != positions.count {
+                let expected = format!("its POSITION has {}", positions.count);
+                return Err(normals.object.invalid("count", normals.count, expected));
+            }
+            Some(normals)
+        }
+        None => None,
+    };
+    let indices = match primitive.indices {
+        Some(index) => Some(Accessor::of_indices(document, buffers, index, object)?),
+        None => None,
+    };
+
+    let corner_count = indices.as_ref().map_or(positions.count, |indices| indices.count);
+    budget.charge(corner_count, 2 * size_of::<u32>(), object)?;
+    let mut corners: Vec<u32> = reserve(corner_count, object)?;
+    match &indices {
+        Some(indices) => {
+            for i in 0..corner_count {
+                let vertex = indices.index(i);
+                if vertex as usize >= positions.count {
+                    let expected = format!("its primitive has {} vertices", positions.count);
+                    return Err(indices.object.invalid(format!("[{i}]"), vertex, expected));
+                }
+                corners.push(vertex);
+            }
+        }
+        // `count` of an accessor fits 32 bits.
+        None => corners.extend(0..corner_count as u32),
+    }
+
+    // Writers share one vertex buffer among many primitives: keep the vertices this one uses.
+    let used = if corners.len() < positions.count {
+        let mut used = reserve(corners.len(), object)?;
+        used.extend_from_slice(&corners);
+        used.sort_unstable();
+        used.dedup();
+        for corner in &mut corners {
+            *corner = used.partition_point(|&vertex| vertex < *corner) as u32;
+        }
+        Some(used)
+    } else {
+        None
+    };
+    let vertex_count = used.as_ref().map_or(positions.count, Vec::len);
+    let gather = |from: &Accessor, budget: &mut Budget| -> Result<Vec<[f32; 3]>, GltfError> {
+        budget.charge(vertex_count, size_of::<[f32; 3]>(), object)?;
+        let mut list = reserve(vertex_count, object)?;
+        match &used {
+            Some(used) => list.extend(used.iter().map(|&i| from.vector(i as usize))),
+            None => list.extend((0..vertex_count).map(|i| from.vector(i))),
+        }
+        Ok(list)
+    };
+
+    if mode == Mode::Triangles && corners.len() % 3 != 0 {
+        warn(&format!(
+            "primitives[{number}] has {} vertices, the last {} are left out",
+            corners.len(),
+            corners.len() % 3
+        ));
+    }
+    let triangle_count = if mode == Mode::Triangles { corners.len() / 3 } else { corners.len().saturating_sub(2) };
+    budget.charge(triangle_count, size_of::<[u32; 3]>(), object)?;
+    let mut triangles = reserve(triangle_count, object)?;
+    triangles.extend(assemble(mode, &corners));
+    if triangles.is_empty() {
+        warn(&format!("primitives[{number}] has no triangle and is skipped"));
+        return Ok(None);
+    }
+    Ok(Some(MeshDescription {
+        name: format!("{}[{number}]", object.label()),
+        positions: gather(&positions, budget)?,
+        normals: normals.map(|normals| gather(&normals, budget)).transpose()?.unwrap_or_default(),
+        triangles,
+    }))
+}
+
+/// Triangles of a list of corners, counter-clockwise, in the order of \[glTF\] 3.7.2.1.
+///
+/// Strips and fans repeat a corner to begin anew elsewhere: such triangles are left out.
+fn assemble(mode: Mode, corners: &[u32]) -> impl Iterator<Item = [u32; 3]> {
+    let list = mode == Mode::Triangles;
+    let count = if list { corners.len() / 3 } else { corners.len().saturating_sub(2) };
+    let triangles = (0..count).map(move |i| match mode {
+        Mode::TriangleStrip => [corners[i], corners[i + 1 + i % 2], corners[i + 2 - i % 2]],
+        Mode::TriangleFan => [corners[i + 1], corners[i + 2], corners[0]],
+        _ => [corners[3 * i], corners[3 * i + 1], corners[3 * i + 2]],
+    });
+    triangles.filter(move |[a, b, c]| list || (a != b && b != c && c != a))
+}
