@@ -62,10 +62,6 @@ extern "C" {
 /* The library's own CAUSTICA_VERSION. Callback-safe. */
 uint32_t caustica_version(void);
 
-/* How the library was built: version, architecture, backends. Writes what fits into `capacity` bytes
- * with a NUL, and the length without it to `length`; either may be NULL. */
-int32_t caustica_build_info(char* text, uint64_t capacity, uint64_t* length);
-
 /* ---- Results -------------------------------------------------------------------------------- */
 
 typedef int32_t caustica_result;
@@ -90,6 +86,10 @@ enum {
 
 /* A few words on a code, a static string. Callback-safe. */
 const char* caustica_result_text(caustica_result result);
+
+/* How the library was built: version, architecture, backends. Writes what fits into `capacity` bytes
+ * with a NUL, and the length without it to `length`; either may be NULL. */
+caustica_result caustica_build_info(char* text, uint64_t capacity, uint64_t* length);
 
 /* Kinds of objects in caustica_detail. */
 enum {
@@ -227,7 +227,7 @@ typedef struct caustica_material_desc {
 
 /* Fills a descriptor, whose struct_size is set, with a model's defaults: white, smooth, index 1.5, no
  * absorption, no emission; for the glTF model those of glTF (metallic 1, roughness 1). In a descriptor
- * that was zeroed instead, colours and specular are 0, which is black. Callback-safe. */
+ * that was zeroed instead, colours and specular are 0, which is black. */
 caustica_result caustica_material_desc_init(caustica_material_desc* desc, uint32_t model);
 
 caustica_result caustica_material_create(caustica_device* device, const caustica_material_desc* desc,

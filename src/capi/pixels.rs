@@ -123,8 +123,8 @@ guard::export! {
 fn read(device: &Arc<Device>, render: Handle<Render>, pixels: In<Pixels>) -> Result<i32, Failure> {
     let target = pixels.read("pixels")?;
     let object = device.renders.get(render)?;
-    let outcome = object.outcome()?;
-    let output = outcome.as_ref().as_ref().map_err(Failure::clone)?;
+    let finished = object.finished()?;
+    let output = finished.result.as_ref().map_err(Failure::clone)?;
     copy(&output.image, &target).map_err(|failure| failure.object_if_none(OBJECT_RENDER, render.id(), ""))
 }
 

@@ -105,12 +105,24 @@ unsafe impl Sized32 for RenderDesc {
     const FIRST_SIZE: usize = 80;
 }
 
+/// What came of a render, and what it was.
+pub(super) struct Finished {
+    /// A cancelled one has an output too.
+    pub(super) result: Result<Output, Failure>,
+    /// As they were used.
+    pub(super) settings: Settings,
+    /// Of the snapshot.
+    pub(super) scene_hash: u64,
+    /// Its name.
+    pub(super) camera: String,
+}
+
 /// A render, running or over.
 pub struct Render {
     id: u64,
     cancel: Cancel,
     latest: Mutex<job::Progress>,
-    outcome: Mutex<Option<Arc<Result<Output, Failure>>>>,
+    finished: Mutex<Option<Arc<Finished>>>,
     over: Condvar,
     thread: Mutex<Option<JoinHandle<()>>>,
 }
@@ -132,7 +144,7 @@ impl Render {
             id,
             cancel: Cancel::default(),
             latest: Mutex::new(start),
-            outcome: Mutex::new(None),
+            finished: Mutex::new(None),
             over: Condvar::new(),
             thread: Mutex::new(None),
         }
@@ -145,8 +157,8 @@ impl Render {
 
     /// Waits until it is over and its thread has ended.
     pub(super) fn finish(&self) {
-        let running = |outcome: &mut Option<_>| outcome.is_none();
-        drop(self.over.wait_while(lock(&self.outcome), running).unwrap_or_else(PoisonError::into_inner));
+        let running = |finished: &mut Option<_>| finished.is_none();
+        drop(self.over.wait_while(lock(&self.finished), running).unwrap_or_else(PoisonError::into_inner));
         self.join();
     }
 
@@ -159,8 +171,8 @@ impl Render {
     }
 
     /// What came of it; an error while it runs.
-    pub(super) fn outcome(&self) -> Result<Arc<Result<Output, Failure>>, Failure> {
-        lock(&self.outcome)
+    pub(super) fn finished(&self) -> Result<Arc<Finished>, Failure> {
+        lock(&self.finished)
             .clone()
             .ok_or_else(|| Failure::new(ERROR_WRONG_STATE, "the render is running").object(OBJECT_RENDER, self.id, ""))
     }
@@ -170,8 +182,8 @@ impl Render {
         lock(&self.latest).noise
     }
 
-    /// Renders on this thread and publishes the outcome as its last act.
-    fn run(&self, request: &Request, messages: Option<&Messages>) {
+    /// Renders on this thread and publishes what came of it as its last act.
+    fn run(&self, request: Request, messages: Option<&Messages>) {
         let progress = |progress: job::Progress| {
             *lock(&self.latest) = progress;
             if !request.report(&progress) {
@@ -185,7 +197,15 @@ impl Render {
         if let (Err(failure), Some(messages)) = (&result, messages) {
             messages.error(failure);
         }
-        *lock(&self.outcome) = Some(Arc::new(result));
+        let Request { snapshot, settings, .. } = request;
+        let finished = Finished {
+            result,
+            scene_hash: snapshot.world.hash(),
+            camera: snapshot.world.cameras.get(settings.camera).map_or_else(String::new, |c| c.name.clone()),
+            settings,
+        };
+        drop(snapshot);
+        *lock(&self.finished) = Some(Arc::new(finished));
         self.over.notify_all();
     }
 }
@@ -253,8 +273,8 @@ fn render_now(device: &Arc<Device>, desc: In<RenderDesc>, render: Out<Handle<Ren
     let request = request(device, desc)?;
     let (handle, object) = device.renders.insert(Render::new)?;
     // The failure is returned here, which also sends it as a message.
-    object.run(&request, None);
-    match &*object.outcome()? {
+    object.run(request, None);
+    match &object.finished()?.result {
         Ok(output) => {
             out.write(handle);
             Ok(if output.cancelled { CANCELLED } else { OK })
@@ -275,7 +295,7 @@ fn start(device: &Arc<Device>, desc: In<RenderDesc>, render: Out<Handle<Render>>
     let mut thread = lock(&object.thread);
     let spawned = std::thread::Builder::new().name("caustica-render".to_owned()).spawn(move || {
         let _here = guard::Inside::enter();
-        worker.run(&request, Some(&messages));
+        worker.run(request, Some(&messages));
     });
     match spawned {
         Ok(handle) => *thread = Some(handle),
@@ -355,10 +375,10 @@ fn wait(device: &Arc<Device>, render: Handle<Render>, timeout_seconds: f64) -> R
     }
     let timeout = Duration::try_from_secs_f64(timeout_seconds).ok();
     if let Some(timeout) = timeout {
-        let running = |outcome: &mut Option<_>| outcome.is_none();
-        let waited = render.over.wait_timeout_while(lock(&render.outcome), timeout, running);
-        let (outcome, _) = waited.unwrap_or_else(PoisonError::into_inner);
-        if outcome.is_none() {
+        let running = |finished: &mut Option<_>| finished.is_none();
+        let waited = render.over.wait_timeout_while(lock(&render.finished), timeout, running);
+        let (finished, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        if finished.is_none() {
             return Ok(TIMEOUT);
         }
     }
@@ -369,7 +389,7 @@ fn wait(device: &Arc<Device>, render: Handle<Render>, timeout_seconds: f64) -> R
 fn poll(device: &Arc<Device>, render: Handle<Render>, progress: OutStruct<Progress>) -> Result<i32, Failure> {
     let place = progress.required("progress")?;
     let render = device.renders.get(render)?;
-    let state = match lock(&render.outcome).as_deref() {
+    let state = match lock(&render.finished).as_deref().map(|finished| &finished.result) {
         None => STATE_RUNNING,
         Some(Ok(output)) if output.cancelled => STATE_CANCELLED,
         Some(Ok(_)) => STATE_DONE,
@@ -388,7 +408,7 @@ fn cancel(device: &Arc<Device>, render: Handle<Render>) -> Result<i32, Failure> 
 fn result(device: &Arc<Device>, render: Handle<Render>, statistics: OutStruct<Statistics>) -> Result<i32, Failure> {
     let place = statistics.optional("statistics")?;
     let render = device.renders.get(render)?;
-    match &*render.outcome()? {
+    match &render.finished()?.result {
         Ok(output) => {
             place.write(&Statistics::new(output, render.noise()));
             Ok(if output.cancelled { CANCELLED } else { OK })
