@@ -66,6 +66,13 @@ impl Sphere {
         self.at((hit - self.center.as_dvec3()).try_normalize().unwrap_or(DVec3::Z))
     }
 
+    /// Bound on how far from the true sphere f32 rounding puts a point of it; the rest is left to the
+    /// intersection test.
+    #[inline]
+    pub fn rounding(&self) -> f32 {
+        8.0 * f32::EPSILON * (self.center.abs().max_element() + self.radius)
+    }
+
     /// The surface at a unit direction from the centre; the caller fills in `shape`.
     #[inline]
     pub fn at(&self, n: DVec3) -> SurfacePoint {
@@ -114,20 +121,5 @@ mod tests {
         assert_eq!(a.p, b.p);
         assert!(a.ng.z < 0.0 && (a.p - sphere.center).length() - 0.5 < 1e-6);
         assert!((sphere.area() - std::f32::consts::PI).abs() < 1e-6);
-    }
-
-    /// The surface where its outward unit normal is `n`; the shape index is left 0.
-    #[inline]
-    pub fn at_normal(&self, n: Vec3) -> SurfacePoint {
-        let p = self.center + n * self.radius;
-        SurfacePoint { p, ng: n, ns: n, offset: self.rounding(), shape: 0, primitive: 0 }
-    }
-
-    /// Bound on how far from the true sphere f32 rounding puts a point of it: the length of `n`, the
-    /// product and the sum in [`Sphere::at_normal`] together lose under two epsilons of the largest
-    /// magnitude that occurs; the rest is left to the intersection test.
-    #[inline]
-    pub fn rounding(&self) -> f32 {
-        8.0 * f32::EPSILON * (self.center.abs().max_element() + self.radius)
     }
 }

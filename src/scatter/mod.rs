@@ -102,10 +102,12 @@ impl Bsdf {
                 metallic_roughness::compile(m)
             }
         };
-        let mut lobes = mixture.lobes();
-        let lambert = match (lobes.next(), lobes.next()) {
-            (Some(&Lobe::Lambert(l)), None) => Some(l),
-            _ => None,
+        let lambert = {
+            let mut lobes = mixture.lobes();
+            match (lobes.next(), lobes.next()) {
+                (Some(&Lobe::Lambert(l)), None) => Some(l),
+                _ => None,
+            }
         };
         let connectable = mixture.lobes().any(Lobe::connectable);
         let has_delta = !mixture.lobes().all(Lobe::connectable);

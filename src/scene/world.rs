@@ -230,7 +230,7 @@ impl World {
                     let Some(triangle) = largest else { continue };
                     mesh.surface(triangle, 1.0 / 3.0, 1.0 / 3.0)
                 }
-                Shape::Sphere(sphere) => sphere.at_normal(Vec3::Y),
+                Shape::Sphere(sphere) => sphere.at(glam::DVec3::Y),
             };
             media[light as usize] = [self.probe(Ray::leaving(&at, at.ng)), self.probe(Ray::leaving(&at, -at.ng))];
         }

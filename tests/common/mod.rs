@@ -77,7 +77,10 @@ impl Builder {
     }
 
     pub fn camera(&mut self, from: DVec3, to: DVec3, projection: Projection) {
-        let transform = DAffine3::look_at_rh(from, to, DVec3::Y).inverse();
+        let back = (from - to).normalize();
+        let right = DVec3::Y.cross(back).normalize();
+        let rotation = glam::DMat3::from_cols(right, back.cross(right), back);
+        let transform = DAffine3::from_mat3_translation(rotation, from);
         self.0.cameras.push(Camera { name: "camera".to_owned(), transform, projection });
     }
 
