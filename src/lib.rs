@@ -1,6 +1,7 @@
 //! Caustica renders refractive caustics, direct and indirect.
 
 pub mod camera;
+pub mod capi;
 pub mod emitter;
 pub mod geometry;
 pub mod integrator;

@@ -72,7 +72,7 @@ impl<'a> Document<'a> {
         }
         for (count, what) in [(root.animations.len(), "animations"), (root.skins.len(), "skins")] {
             if count > 0 {
-                warnings.push(format!("{count} {what} ignored"));
+                warnings.push(format!("{what} are ignored ({count} in the file)"));
             }
         }
         Ok(Document { root, json })

@@ -1,0 +1,475 @@
+/* caustica.h: the C interface of Caustica, a renderer for refractive caustics.
+ *
+ * C11 and C++17. SPDX-License-Identifier: MIT OR Apache-2.0
+ *
+ * The rules
+ *
+ * Units.      Metres, right-handed, y up as in glTF. Radiance in W/(m^2 sr) per channel, linear
+ *             Rec. 709. Angles in radians. Image row 0 is the top.
+ * Transforms. 3x4, row-major, double: m[4*row + column], for column vectors; the last column is the
+ *             translation. NULL is the identity.
+ * Device.     Every call takes the device that owns its objects. Nothing is global: the library
+ *             prints nothing, reads no environment variable that changes a result, and leaves signal
+ *             handlers and the floating-point state of its callers as they are. It computes with
+ *             the default floating-point state whatever flags the host was compiled with.
+ * Handles.    An id in a struct, one type per kind of object; id 0 is "none". A released, foreign or
+ *             invented handle or device is an error (CAUSTICA_ERROR_INVALID_HANDLE), never a crash.
+ * Lifetime.   The host's claim ends with the release. What still refers to an object keeps it: a mesh
+ *             and a material live as long as an instance shows them. Instances, lights and cameras
+ *             belong to one scene and end with it.
+ * Commits.    A change in a scene or to any object in it takes effect for renders that are started
+ *             after the next caustica_scene_commit. A running render keeps the snapshot it started
+ *             with, so the host may edit at once.
+ * Results.    CAUSTICA_OK, more than 0 for information, less than 0 for an error. A call that fails
+ *             changes nothing, writes nothing to its outputs, and leaves its details for
+ *             caustica_last_error on the same thread.
+ * Structs.    The host sets struct_size = sizeof(the struct) in every struct it passes, in or out,
+ *             and zeroes the rest before it fills in what it needs. Later versions append fields;
+ *             zero in them means what the earlier version did. "reserved" must be 0.
+ * Memory in.  Read during the call only, any alignment. A pointer is NULL or valid. Strings are UTF-8
+ *             and end with NUL; NULL is the empty string; names have at most 1023 bytes, paths 4095.
+ * Memory out. Copied to the host's memory. There is nothing of the library's for the host to free.
+ * Threads.    Any thread may call any function. Calls on different objects run concurrently; a scene
+ *             that another thread is changing or committing gives CAUSTICA_ERROR_BUSY. A device must
+ *             not be used any more when its release begins.
+ * Callbacks.  Never called with a lock held, and not after the release of what they were given to.
+ *             They must not throw or longjmp. Inside of one only the functions marked
+ *             "callback-safe" may be called; the others give CAUSTICA_ERROR_WRONG_STATE.
+ * Fork.       A child cannot use the devices of its parent and gets an error. It may create its own
+ *             unless another thread of the parent was inside this library at the fork.
+ * Unloading.  The library stays in the process after dlclose; no thread of it is left after the
+ *             release of the last device.
+ */
+#ifndef CAUSTICA_H
+#define CAUSTICA_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- Version -------------------------------------------------------------------------------- */
+
+#define CAUSTICA_VERSION_MAJOR 0
+#define CAUSTICA_VERSION_MINOR 1
+#define CAUSTICA_VERSION_PATCH 0
+/* Major in bits 22 to 31, minor in 12 to 21, patch in 0 to 11. */
+#define CAUSTICA_VERSION 4096
+
+/* The library's own CAUSTICA_VERSION. Callback-safe. */
+uint32_t caustica_version(void);
+
+/* ---- Results -------------------------------------------------------------------------------- */
+
+typedef int32_t caustica_result;
+
+enum {
+    CAUSTICA_OK = 0,
+    CAUSTICA_TIMEOUT = 1,   /* not over within the time given */
+    CAUSTICA_CANCELLED = 2, /* ended early at the host's wish; the passes that were whole are valid */
+
+    CAUSTICA_ERROR_INVALID_ARGUMENT = -1,
+    CAUSTICA_ERROR_INVALID_HANDLE = -2, /* null, released, foreign or of another kind */
+    CAUSTICA_ERROR_WRONG_STATE = -3,    /* not now */
+    CAUSTICA_ERROR_UNSUPPORTED = -4,    /* not in this build */
+    CAUSTICA_ERROR_OUT_OF_MEMORY = -5,
+    CAUSTICA_ERROR_IO = -6,
+    CAUSTICA_ERROR_INCOMPATIBLE_VERSION = -7, /* header and library, or library and ray tracer */
+    CAUSTICA_ERROR_INTERNAL = -8,             /* a bug of the library; the process lives */
+    CAUSTICA_ERROR_BUSY = -9,                 /* another thread is working on the object */
+    CAUSTICA_ERROR_LIMIT = -10,               /* more than the library can hold */
+    CAUSTICA_ERROR_BACKEND = -11              /* the ray tracer failed */
+};
+
+/* A few words on a code, a static string. Callback-safe. */
+const char* caustica_result_text(caustica_result result);
+
+/* How the library was built: version, architecture, backends. Writes what fits into `capacity` bytes
+ * with a NUL, and the length without it to `length`; either may be NULL. */
+caustica_result caustica_build_info(char* text, uint64_t capacity, uint64_t* length);
+
+/* Kinds of objects in caustica_detail. */
+enum {
+    CAUSTICA_OBJECT_NONE = 0,
+    CAUSTICA_OBJECT_DEVICE = 1,
+    CAUSTICA_OBJECT_MESH = 2,
+    CAUSTICA_OBJECT_MATERIAL = 3,
+    CAUSTICA_OBJECT_SCENE = 4,
+    CAUSTICA_OBJECT_INSTANCE = 5,
+    CAUSTICA_OBJECT_LIGHT = 6,
+    CAUSTICA_OBJECT_CAMERA = 7,
+    CAUSTICA_OBJECT_RENDER = 8
+};
+
+/* caustica_detail::index when no element of a list is concerned. */
+#define CAUSTICA_NO_INDEX UINT64_MAX
+
+/* What happened, for programs and for people. Text that is too long is cut. */
+typedef struct caustica_detail {
+    uint32_t struct_size;
+    caustica_result code;
+    uint32_t object_kind; /* CAUSTICA_OBJECT_ */
+    uint32_t reserved;
+    uint64_t object_id;    /* its handle's id; 0 if it has none */
+    uint64_t index;        /* element of the list that `parameter` names, or CAUSTICA_NO_INDEX */
+    char object_name[64];  /* as the host named it */
+    char parameter[64];    /* parameter or field, e.g. "positions[812].y" */
+    char text[512];        /* a sentence: what, where, which value, what was expected */
+} caustica_detail;
+
+/* ---- Handles -------------------------------------------------------------------------------- */
+
+typedef struct caustica_device caustica_device;
+
+typedef struct { uint64_t id; } caustica_mesh;
+typedef struct { uint64_t id; } caustica_material;
+typedef struct { uint64_t id; } caustica_scene;
+typedef struct { uint64_t id; } caustica_instance;
+typedef struct { uint64_t id; } caustica_light;
+typedef struct { uint64_t id; } caustica_camera;
+typedef struct { uint64_t id; } caustica_render_job;
+
+/* The last call of the calling thread that failed with `device`; with NULL, the last that failed with
+ * any device or without one, as a creation does. Code CAUSTICA_OK if there is none. A call that
+ * succeeds does not clear it. Its own failure is only returned. Callback-safe. */
+caustica_result caustica_last_error(caustica_device* device, caustica_detail* detail);
+
+/* ---- Device --------------------------------------------------------------------------------- */
+
+enum {
+    CAUSTICA_BACKEND_DEFAULT = 0, /* Embree where it is built in */
+    CAUSTICA_BACKEND_EMBREE = 1,
+    CAUSTICA_BACKEND_OBVHS = 2
+};
+
+enum { CAUSTICA_SEVERITY_INFO = 1, CAUSTICA_SEVERITY_WARNING = 2, CAUSTICA_SEVERITY_ERROR = 3 };
+
+/* Receives warnings, and every error that a call or a render on the device ends with. Called on the
+ * thread of that call, or on the render's thread: possibly on several at once. `detail` is valid
+ * during the call. */
+typedef void (*caustica_message_callback)(void* user, uint32_t severity, const caustica_detail* detail);
+
+typedef struct caustica_device_options {
+    uint32_t struct_size;
+    uint32_t version;     /* CAUSTICA_VERSION, required: tells the library which header this is */
+    uint32_t num_threads; /* per commit and per render; 0: as many as the process may use */
+    uint32_t backend;     /* CAUSTICA_BACKEND_ */
+    caustica_message_callback message; /* or NULL */
+    void* user;
+} caustica_device_options;
+
+/* Makes a device, after a try whether its ray tracer works. */
+caustica_result caustica_device_create(const caustica_device_options* options, caustica_device** device);
+
+/* Ends a device: cancels its renders, waits for them, frees all objects. Objects that the host had not
+ * released are counted in a message. When it returns, no thread of the device is left. */
+caustica_result caustica_device_release(caustica_device* device);
+
+/* ---- Meshes --------------------------------------------------------------------------------- */
+
+/* Triangles, counter-clockwise seen from the front. An array is NULL if and only if its count is 0;
+ * normals may be NULL for flat shading. */
+typedef struct caustica_mesh_desc {
+    uint32_t struct_size;
+    uint32_t reserved;
+    const char* name;         /* for messages */
+    const float* positions;   /* x, y, z */
+    uint64_t position_stride; /* bytes from one to the next; 0: 12 */
+    const float* normals;     /* x, y, z of any length but 0, one per vertex; or NULL */
+    uint64_t normal_stride;   /* bytes from one to the next; 0: 12 */
+    uint64_t vertex_count;
+    const uint32_t* indices; /* three per triangle */
+    uint64_t index_count;    /* a multiple of 3 */
+} caustica_mesh_desc;
+
+/* Makes a mesh from copies of the arrays. Whether their values make sense is checked by the commit of
+ * a scene that shows the mesh. */
+caustica_result caustica_mesh_create(caustica_device* device, const caustica_mesh_desc* desc, caustica_mesh* mesh);
+
+caustica_result caustica_mesh_release(caustica_device* device, caustica_mesh mesh);
+
+/* ---- Materials ------------------------------------------------------------------------------ */
+
+enum {
+    CAUSTICA_MATERIAL_DIFFUSE = 1,         /* Lambertian, both sides; uses color */
+    CAUSTICA_MATERIAL_DIELECTRIC = 2,      /* boundary of a refracting solid or liquid; uses color, roughness,
+                                              ior, ior_outside, absorption, absorption_outside */
+    CAUSTICA_MATERIAL_THIN_DIELECTRIC = 3, /* a sheet that transmits straight on; uses color, roughness, ior */
+    CAUSTICA_MATERIAL_CONDUCTOR = 4,       /* a metal; uses color, roughness */
+    CAUSTICA_MATERIAL_METALLIC_ROUGHNESS = 5 /* glTF 2.0 with KHR_materials_ior, _specular, _transmission and
+                                                _volume; uses all but ior_outside, absorption_outside */
+};
+
+/* Every model may emit. "Inside" is behind the surface, against its normal. */
+typedef struct caustica_material_desc {
+    uint32_t struct_size;
+    uint32_t model;              /* CAUSTICA_MATERIAL_, required */
+    const char* name;            /* for messages */
+    float color[3];              /* diffuse: reflectance; conductor: reflectance at normal incidence;
+                                    dielectric, thin dielectric: factor of transmitted light; glTF: base colour */
+    float roughness;             /* perceptual, 0 to 1: the GGX width is its square; 0 is smooth */
+    float ior;                   /* refractive index inside; 0: 1.5 */
+    float ior_outside;           /* 0: 1 */
+    float absorption[3];         /* inside, 1/m */
+    float absorption_outside[3]; /* 1/m */
+    float metallic;              /* 0 to 1 */
+    float specular;              /* strength of the dielectric reflection, 0 to 1 */
+    float specular_color[3];     /* of the dielectric reflection at normal incidence */
+    float transmission;          /* share of the dielectric base that transmits, 0 to 1 */
+    uint32_t solid;              /* transmission enters 1: a solid, 0: a thin sheet */
+    float emission[3];           /* radiance, W/(m^2 sr), from the front */
+    uint32_t emission_two_sided; /* 1: from the back too */
+    uint32_t reserved;
+} caustica_material_desc;
+
+/* Fills a descriptor, whose struct_size is set, with a model's defaults: white, smooth, index 1.5, no
+ * absorption, no emission; for the glTF model those of glTF (metallic 1, roughness 1). In a descriptor
+ * that was zeroed instead, colours and specular are 0, which is black. */
+caustica_result caustica_material_desc_init(caustica_material_desc* desc, uint32_t model);
+
+caustica_result caustica_material_create(caustica_device* device, const caustica_material_desc* desc,
+                                         caustica_material* material);
+
+/* Replaces all values, also for instances that have the material already. */
+caustica_result caustica_material_set(caustica_device* device, caustica_material material,
+                                      const caustica_material_desc* desc);
+
+caustica_result caustica_material_release(caustica_device* device, caustica_material material);
+
+/* ---- Scenes --------------------------------------------------------------------------------- */
+
+caustica_result caustica_scene_create(caustica_device* device, caustica_scene* scene);
+
+/* Ends a scene with its instances, lights and cameras. Running renders keep their snapshots. */
+caustica_result caustica_scene_release(caustica_device* device, caustica_scene scene);
+
+/* Adds all that a .gltf or .glb file holds. Its environment, if it has one, replaces the scene's. What
+ * the file asks for and is not rendered comes as warnings, whose number goes to `warning_count`, which
+ * may be NULL. The added instances and lights have no handles; cameras do, see caustica_scene_camera. */
+caustica_result caustica_scene_load(caustica_device* device, caustica_scene scene, const char* path,
+                                    uint32_t* warning_count);
+
+/* Radiance that arrives from infinity, the same from everywhere; at first 0. */
+caustica_result caustica_scene_set_environment(caustica_device* device, caustica_scene scene, const float radiance[3]);
+
+/* Shows a mesh in a scene, as often as wanted. A mirroring transform keeps the front the front.
+ * `instance` may be NULL. */
+caustica_result caustica_scene_add_mesh(caustica_device* device, caustica_scene scene, caustica_mesh mesh,
+                                        caustica_material material, const double transform[12], const char* name,
+                                        caustica_instance* instance);
+
+/* Shows an analytic sphere about the origin of the transform, which may scale it uniformly only.
+ * `instance` may be NULL. */
+caustica_result caustica_scene_add_sphere(caustica_device* device, caustica_scene scene, double radius,
+                                          caustica_material material, const double transform[12], const char* name,
+                                          caustica_instance* instance);
+
+caustica_result caustica_instance_set_transform(caustica_device* device, caustica_instance instance,
+                                                const double transform[12]);
+
+caustica_result caustica_instance_set_material(caustica_device* device, caustica_instance instance,
+                                               caustica_material material);
+
+/* Takes it out of its scene; the handle ends. */
+caustica_result caustica_instance_remove(caustica_device* device, caustica_instance instance);
+
+typedef struct caustica_commit_report {
+    uint32_t struct_size;
+    uint32_t warning_count;  /* each was a message */
+    uint64_t triangle_count; /* in world space: of every instance */
+    uint64_t scene_hash;     /* equal for equal scenes */
+    double seconds;
+} caustica_commit_report;
+
+/* Checks the scene, builds, and makes the snapshot that later renders use. On an error the last
+ * snapshot stays, and the details name object, field, index and value. `report` may be NULL. */
+caustica_result caustica_scene_commit(caustica_device* device, caustica_scene scene, caustica_commit_report* report);
+
+/* ---- Lights --------------------------------------------------------------------------------- */
+
+/* Lights without a surface; surfaces emit by their material. */
+enum {
+    CAUSTICA_LIGHT_POINT = 1,      /* uses position */
+    CAUSTICA_LIGHT_SPOT = 2,       /* uses position, direction, inner_angle, outer_angle */
+    CAUSTICA_LIGHT_DIRECTIONAL = 3 /* uses direction */
+};
+
+typedef struct caustica_light_desc {
+    uint32_t struct_size;
+    uint32_t kind;       /* CAUSTICA_LIGHT_, required */
+    const char* name;    /* for messages */
+    double position[3];  /* world space */
+    double direction[3]; /* the way the light travels, any length but 0 */
+    double inner_angle;  /* half-angle of full intensity */
+    double outer_angle;  /* half-angle of no intensity: above inner_angle, at most pi/2 */
+    float intensity[3];  /* point, spot: W/sr; directional: irradiance perpendicular to it, W/m^2 */
+    uint32_t reserved;
+} caustica_light_desc;
+
+/* Puts a light into a scene. `light` may be NULL. */
+caustica_result caustica_scene_add_light(caustica_device* device, caustica_scene scene,
+                                         const caustica_light_desc* desc, caustica_light* light);
+
+/* Replaces all values. */
+caustica_result caustica_light_set(caustica_device* device, caustica_light light, const caustica_light_desc* desc);
+
+/* Takes it out of its scene; the handle ends. */
+caustica_result caustica_light_remove(caustica_device* device, caustica_light light);
+
+/* ---- Cameras -------------------------------------------------------------------------------- */
+
+enum { CAUSTICA_CAMERA_PERSPECTIVE = 1, CAUSTICA_CAMERA_ORTHOGRAPHIC = 2 };
+
+/* Looks along -z of its own space, y up. The aspect ratio is that of the image. */
+typedef struct caustica_camera_desc {
+    uint32_t struct_size;
+    uint32_t projection;  /* CAUSTICA_CAMERA_, required */
+    const char* name;     /* for messages */
+    double transform[12]; /* camera to world, scaling is ignored; all 0: the identity */
+    double yfov;          /* perspective: full vertical field of view */
+    double ymag;          /* orthographic: half the height of the film, metres */
+} caustica_camera_desc;
+
+/* Puts a camera into a scene. `camera` may be NULL. */
+caustica_result caustica_scene_add_camera(caustica_device* device, caustica_scene scene,
+                                          const caustica_camera_desc* desc, caustica_camera* camera);
+
+/* The number of cameras, those of loaded files included. */
+caustica_result caustica_scene_camera_count(caustica_device* device, caustica_scene scene, uint64_t* count);
+
+/* The camera at a place in the order in which they were added. */
+caustica_result caustica_scene_camera(caustica_device* device, caustica_scene scene, uint64_t index,
+                                      caustica_camera* camera);
+
+/* Replaces all values. */
+caustica_result caustica_camera_set(caustica_device* device, caustica_camera camera, const caustica_camera_desc* desc);
+
+/* Takes it out of its scene; the handle ends. */
+caustica_result caustica_camera_remove(caustica_device* device, caustica_camera camera);
+
+/* ---- Renders -------------------------------------------------------------------------------- */
+
+enum {
+    CAUSTICA_INTEGRATOR_DEFAULT = 0, /* bidirectional path tracing */
+    CAUSTICA_INTEGRATOR_PATH = 1,    /* path tracing with next-event estimation */
+    CAUSTICA_INTEGRATOR_BDPT = 2     /* bidirectional path tracing */
+};
+
+enum {
+    CAUSTICA_STATE_RUNNING = 1,
+    CAUSTICA_STATE_DONE = 2,
+    CAUSTICA_STATE_CANCELLED = 3, /* the passes that were whole make the image */
+    CAUSTICA_STATE_FAILED = 4     /* no image */
+};
+
+typedef struct caustica_progress {
+    uint32_t struct_size;
+    uint32_t state;    /* CAUSTICA_STATE_ */
+    float fraction;    /* 0 to 1, never falling; 1 only at success */
+    uint32_t samples;  /* whole passes: samples per pixel so far */
+    uint64_t rays;     /* traced so far */
+    double elapsed_seconds;
+    float noise;       /* estimated relative standard error of the image; NaN before the second pass */
+    uint32_t reserved;
+} caustica_progress;
+
+/* Called from a thread of the render, one at a time, at most ten times a second, first with fraction 0
+ * and last with 1 if the render succeeds. Returns whether to go on: false cancels. `progress` is valid
+ * during the call. Not called any more once a wait or caustica_render has returned. */
+typedef bool (*caustica_progress_callback)(void* user, const caustica_progress* progress);
+
+typedef struct caustica_render_desc {
+    uint32_t struct_size;
+    uint32_t integrator;    /* CAUSTICA_INTEGRATOR_ */
+    caustica_scene scene;   /* its last commit is rendered */
+    caustica_camera camera; /* one that was in it at the commit; id 0: the first */
+    uint32_t width;         /* pixels; 0: 512 */
+    uint32_t height;        /* pixels; 0: 512 */
+    uint32_t samples;       /* per pixel; 0: 64 */
+    uint32_t max_depth;     /* segments of the longest path, 1 is light seen directly; 0: 12 */
+    uint64_t seed;          /* selects the random numbers; the image depends on it and not on threads */
+    double time_limit_seconds; /* ends with the pass that runs at this time; 0: no limit */
+    uint32_t num_threads;   /* 0: the device's */
+    uint32_t reserved;
+    caustica_progress_callback progress; /* or NULL */
+    void* user;
+} caustica_render_desc;
+
+/* Renders, and returns when it is over: CAUSTICA_OK, or CAUSTICA_CANCELLED when the callback asked for
+ * it. In both cases `render` is written, holds the image and is to be released. */
+caustica_result caustica_render(caustica_device* device, const caustica_render_desc* desc, caustica_render_job* render);
+
+/* Starts a render and returns at once. Its failure, if any, is told by caustica_render_result. */
+caustica_result caustica_render_start(caustica_device* device, const caustica_render_desc* desc,
+                                      caustica_render_job* render);
+
+/* How far it is. Callback-safe. */
+caustica_result caustica_render_poll(caustica_device* device, caustica_render_job render, caustica_progress* progress);
+
+/* Waits until it is over, however it ends, or for `timeout_seconds`: then CAUSTICA_TIMEOUT. Less than 0
+ * waits for ever. After CAUSTICA_OK, its threads are gone and nothing of the host's is touched. */
+caustica_result caustica_render_wait(caustica_device* device, caustica_render_job render, double timeout_seconds);
+
+/* Asks it to stop, and does not wait. May be repeated. Callback-safe. */
+caustica_result caustica_render_cancel(caustica_device* device, caustica_render_job render);
+
+typedef struct caustica_statistics {
+    uint32_t struct_size;
+    uint32_t width;
+    uint32_t height;
+    uint32_t samples;           /* per pixel, in the image */
+    uint64_t camera_rays;       /* nearest-hit rays from the camera */
+    uint64_t camera_path_rays;  /* nearest-hit rays that continue camera subpaths */
+    uint64_t light_path_rays;   /* nearest-hit rays of light subpaths */
+    uint64_t shadow_rays;       /* visibility rays */
+    uint64_t non_finite;        /* samples that were NaN or infinite, dropped from the image */
+    uint32_t first_non_finite_pixel;  /* row * width + column; UINT32_MAX if there is none */
+    uint32_t first_non_finite_sample; /* UINT32_MAX if there is none */
+    double commit_seconds;      /* of the snapshot */
+    double render_seconds;
+    uint64_t scene_bytes;       /* geometry and acceleration structure */
+    uint64_t film_bytes;
+    uint32_t threads;
+    float noise;                /* estimated relative standard error; NaN if unknown */
+    char backend[64];           /* the ray tracer */
+} caustica_statistics;
+
+/* How it ended: CAUSTICA_OK, CAUSTICA_CANCELLED, or the error it failed with, whose details are then this
+ * thread's last error. CAUSTICA_ERROR_WRONG_STATE while it runs. `statistics` may be NULL; they are
+ * written unless it failed. Callback-safe. */
+caustica_result caustica_render_result(caustica_device* device, caustica_render_job render,
+                                       caustica_statistics* statistics);
+
+enum {
+    CAUSTICA_FORMAT_RGB_F32 = 1, /* linear Rec. 709 radiance */
+    CAUSTICA_FORMAT_RGBA_F32 = 2 /* the same, alpha 1 */
+};
+
+typedef struct caustica_pixels {
+    uint32_t struct_size;
+    uint32_t format;     /* CAUSTICA_FORMAT_, required */
+    void* data;          /* any alignment */
+    uint64_t size;       /* bytes at `data`; checked */
+    uint64_t row_stride; /* bytes from one row to the next; 0: no gap */
+} caustica_pixels;
+
+/* Copies the image of a render that is over to the host's memory. Callback-safe. */
+caustica_result caustica_render_read(caustica_device* device, caustica_render_job render,
+                                     const caustica_pixels* pixels);
+
+/* Writes the image of a render that is over to a file, whose format its extension names: .exr is always
+ * there; .png, .tif, .jpg and .hdr need OpenImageIO. On an error a file that was there before is as it
+ * was. */
+caustica_result caustica_render_write(caustica_device* device, caustica_render_job render, const char* path);
+
+/* Gives a render and its image up. One that runs is cancelled and waited for. */
+caustica_result caustica_render_release(caustica_device* device, caustica_render_job render);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

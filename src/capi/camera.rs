@@ -1,0 +1,151 @@
+//! Cameras. They belong to one scene, as in a glTF file, and are part of its snapshots.
+
+use super::device::Device;
+use super::error::{Failure, OBJECT_CAMERA, OK};
+use super::guard;
+use super::handle::{Handle, Kind};
+use super::instance::transform;
+use super::pointer::{In, MAX_NAME, Out, Sized32, Text};
+use super::scene::Scene;
+use crate::scene::description::{self, Projection};
+use std::sync::{Arc, Mutex, Weak};
+
+/// A pinhole.
+pub const CAMERA_PERSPECTIVE: u32 = 1;
+/// Parallel.
+pub const CAMERA_ORTHOGRAPHIC: u32 = 2;
+
+/// `caustica_camera_desc`.
+#[derive(Clone, Copy)]
+#[repr(C)]
+pub struct CameraDesc {
+    /// Size of the host's struct.
+    pub struct_size: u32,
+    /// Its projection.
+    pub projection: u32,
+    /// For messages.
+    pub name: Text,
+    /// Camera to world, 3x4, row-major; all zero for the identity.
+    pub transform: [f64; 12],
+    /// Perspective: full vertical field of view, radians.
+    pub yfov: f64,
+    /// Orthographic: half the height of the film, metres.
+    pub ymag: f64,
+}
+
+// SAFETY: `repr(C)`, `u32` first, numbers and pointers only.
+unsafe impl Sized32 for CameraDesc {
+    const NAME: &'static str = "caustica_camera_desc";
+    const FIRST_SIZE: usize = 128;
+}
+
+/// A camera of a scene.
+pub struct Camera {
+    pub(super) id: u64,
+    /// Where to take it out from.
+    scene: Weak<Scene>,
+    state: Mutex<description::Camera>,
+}
+
+impl Kind for Camera {
+    const KIND: u32 = OBJECT_CAMERA;
+    const NAME: &'static str = "camera";
+}
+
+impl Camera {
+    pub(super) fn new(id: u64, scene: &Arc<Scene>, state: description::Camera) -> Camera {
+        Camera { id, scene: Arc::downgrade(scene), state: Mutex::new(state) }
+    }
+
+    /// Its values now.
+    pub(super) fn describe(&self) -> Result<description::Camera, Failure> {
+        Ok(self.state.lock().map_err(|_| self.broken())?.clone())
+    }
+
+    fn broken(&self) -> Failure {
+        Failure::internal("an earlier call on this camera failed").object(OBJECT_CAMERA, self.id, "")
+    }
+}
+
+guard::export! {
+    /// Puts a camera into a scene.
+    fn caustica_scene_add_camera(device, scene: Handle<Scene>, desc: In<CameraDesc>, camera: Out<Handle<Camera>>) = add;
+
+    /// How many cameras a scene has.
+    fn caustica_scene_camera_count(device, scene: Handle<Scene>, count: Out<u64>) = count_cameras;
+
+    /// One of a scene's cameras.
+    fn caustica_scene_camera(device, scene: Handle<Scene>, index: u64, camera: Out<Handle<Camera>>) = at;
+
+    /// Replaces all values.
+    fn caustica_camera_set(device, camera: Handle<Camera>, desc: In<CameraDesc>) = set;
+
+    /// Takes it out of its scene.
+    fn caustica_camera_remove(device, camera: Handle<Camera>) = remove;
+}
+
+fn add(
+    device: &Arc<Device>,
+    scene: Handle<Scene>,
+    desc: In<CameraDesc>,
+    camera: Out<Handle<Camera>>,
+) -> Result<i32, Failure> {
+    let scene = device.scenes.get(scene)?;
+    let state = read(desc, 0)?;
+    let mut contents = scene.edit()?;
+    let (handle, object) = device.cameras.insert(|id| Camera::new(id, &scene, state))?;
+    contents.cameras.push(object);
+    camera.write(handle);
+    Ok(OK)
+}
+
+fn count_cameras(device: &Arc<Device>, scene: Handle<Scene>, count: Out<u64>) -> Result<i32, Failure> {
+    let out = count.required("count")?;
+    let scene = device.scenes.get(scene)?;
+    out.write(scene.edit()?.cameras.len() as u64);
+    Ok(OK)
+}
+
+fn at(device: &Arc<Device>, scene: Handle<Scene>, index: u64, camera: Out<Handle<Camera>>) -> Result<i32, Failure> {
+    let out = camera.required("camera")?;
+    let scene = device.scenes.get(scene)?;
+    let contents = scene.edit()?;
+    let found = usize::try_from(index).ok().and_then(|i| contents.cameras.get(i)).ok_or_else(|| {
+        Failure::argument("index", format!("is {index}; the scene has {} cameras", contents.cameras.len()))
+    })?;
+    out.write(Handle::new(found.id));
+    Ok(OK)
+}
+
+fn set(device: &Arc<Device>, camera: Handle<Camera>, desc: In<CameraDesc>) -> Result<i32, Failure> {
+    let object = device.cameras.get(camera)?;
+    let state = read(desc, object.id)?;
+    *object.state.lock().map_err(|_| object.broken())? = state;
+    Ok(OK)
+}
+
+fn remove(device: &Arc<Device>, camera: Handle<Camera>) -> Result<i32, Failure> {
+    let object = device.cameras.get(camera)?;
+    if let Some(scene) = object.scene.upgrade() {
+        scene.edit()?.cameras.retain(|other| !Arc::ptr_eq(other, &object));
+    }
+    device.cameras.remove(camera)?;
+    Ok(OK)
+}
+
+fn read(desc: In<CameraDesc>, id: u64) -> Result<description::Camera, Failure> {
+    let d = desc.read("desc")?;
+    let name = d.name.read("name", MAX_NAME)?;
+    let named = |failure: Failure| failure.object_if_none(OBJECT_CAMERA, id, &name);
+    let projection = match d.projection {
+        CAMERA_PERSPECTIVE => Projection::Perspective { yfov: d.yfov },
+        CAMERA_ORTHOGRAPHIC => Projection::Orthographic { ymag: d.ymag },
+        other => {
+            let text = format!("is {other}; a CAUSTICA_CAMERA_ was expected");
+            return Err(named(Failure::argument("projection", text)));
+        }
+    };
+    let matrix = Some(d.transform).filter(|m| m.iter().any(|&x| x != 0.0));
+    let transform = transform("transform", matrix).map_err(named)?;
+    Ok(description::Camera { name, transform, projection })
+}

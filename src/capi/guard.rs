@@ -1,0 +1,244 @@
+//! What surrounds every exported function: the floating-point state, the panic guard, the look-up of
+//! the device, the rule about calls from inside callbacks, and the error record. The macro [`export`]
+//! is the only place that makes a symbol; a test counts.
+
+use super::device::{self, Device, DevicePointer};
+use super::error::{self, ERROR_INTERNAL, ERROR_WRONG_STATE, Failure, OK};
+use std::cell::{Cell, RefCell};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Arc, Once};
+
+/// Makes exported functions from ordinary ones.
+///
+/// - `fn f(device, ..) = g;` looks the device up and calls `g(&Arc<Device>, ..)`; not allowed inside a
+///   callback.
+/// - `callback_safe fn f(device, ..) = g;` is allowed there.
+/// - `free fn f(..) = g;` knows no device.
+/// - `quiet fn f(..) = g;` knows none, is allowed in callbacks and leaves the error record alone.
+/// - `value fn f(..) -> T = g, or d;` cannot fail and gives `d` after a panic.
+macro_rules! export {
+    ($($(#[$meta:meta])* fn $name:ident(device $(, $arg:ident: $type:ty)*) = $call:path;)+) => {
+        $($crate::capi::guard::symbol! {
+            $(#[$meta])* fn $name(device: $crate::capi::device::DevicePointer $(, $arg: $type)*) -> i32 {
+                $crate::capi::guard::with_device(device, false, |device| $call(device $(, $arg)*))
+            }
+        })+
+    };
+    ($($(#[$meta:meta])* callback_safe fn $name:ident(device $(, $arg:ident: $type:ty)*) = $call:path;)+) => {
+        $($crate::capi::guard::symbol! {
+            $(#[$meta])* fn $name(device: $crate::capi::device::DevicePointer $(, $arg: $type)*) -> i32 {
+                $crate::capi::guard::with_device(device, true, |device| $call(device $(, $arg)*))
+            }
+        })+
+    };
+    ($($(#[$meta:meta])* free fn $name:ident($($arg:ident: $type:ty),*) = $call:path;)+) => {
+        $($crate::capi::guard::symbol! {
+            $(#[$meta])* fn $name($($arg: $type),*) -> i32 {
+                $crate::capi::guard::without_device(|| $call($($arg),*))
+            }
+        })+
+    };
+    ($($(#[$meta:meta])* quiet fn $name:ident($($arg:ident: $type:ty),*) = $call:path;)+) => {
+        $($crate::capi::guard::symbol! {
+            $(#[$meta])* fn $name($($arg: $type),*) -> i32 {
+                $crate::capi::guard::value(|| $call($($arg),*).unwrap_or_else(|failure| failure.code),
+                    $crate::capi::error::ERROR_INTERNAL)
+            }
+        })+
+    };
+    ($($(#[$meta:meta])* value fn $name:ident($($arg:ident: $type:ty),*) -> $result:ty = $call:path, or $default:expr;)+) => {
+        $($crate::capi::guard::symbol! {
+            $(#[$meta])* fn $name($($arg: $type),*) -> $result {
+                $crate::capi::guard::value(|| $call($($arg),*), $default)
+            }
+        })+
+    };
+}
+pub(super) use export;
+
+/// One symbol.
+macro_rules! symbol {
+    ($(#[$meta:meta])* fn $name:ident($($arg:ident: $type:ty),*) -> $result:ty $body:block) => {
+        $(#[$meta])*
+        ///
+        /// # Safety
+        /// Pointers are as `caustica.h` asks.
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $name($($arg: $type),*) -> $result $body
+    };
+}
+pub(super) use symbol;
+
+/// Body of a function that takes a device.
+pub(super) fn with_device(
+    pointer: DevicePointer,
+    callback_safe: bool,
+    body: impl FnOnce(&Arc<Device>) -> Result<i32, Failure>,
+) -> i32 {
+    let mut found = None;
+    enter(pointer, callback_safe, &mut found, |found| body(found.insert(device::find(pointer)?)))
+}
+
+/// Body of a function that takes none.
+pub(super) fn without_device(body: impl FnOnce() -> Result<i32, Failure>) -> i32 {
+    enter(DevicePointer::null(), false, &mut None, |_| body())
+}
+
+/// Body of a function that cannot fail.
+pub(super) fn value<T>(body: impl FnOnce() -> T, default: T) -> T {
+    let _here = Inside::enter();
+    // A payload's own drop could panic again, so it is leaked.
+    catch_unwind(AssertUnwindSafe(body)).unwrap_or_else(|payload| {
+        std::mem::forget(payload);
+        default
+    })
+}
+
+fn enter(
+    pointer: DevicePointer,
+    callback_safe: bool,
+    found: &mut Option<Arc<Device>>,
+    body: impl FnOnce(&mut Option<Arc<Device>>) -> Result<i32, Failure>,
+) -> i32 {
+    let _here = Inside::enter();
+    let result = catch(|| {
+        if in_callback() && !callback_safe {
+            return Err(Failure::new(ERROR_WRONG_STATE, "this function may not be called from inside a callback"));
+        }
+        body(found)
+    });
+    let failure = match result {
+        Ok(code) => return code,
+        Err(failure) => failure,
+    };
+    let code = failure.code;
+    let reported = catch(|| {
+        error::remember(pointer, failure.clone());
+        if let Some(device) = found {
+            device.messages.error(&failure);
+        }
+        Ok(OK)
+    });
+    if reported.is_ok() { code } else { ERROR_INTERNAL }
+}
+
+/// Runs `body`; a panic becomes a failure that carries its message and place.
+pub(super) fn catch<T>(body: impl FnOnce() -> Result<T, Failure>) -> Result<T, Failure> {
+    match catch_unwind(AssertUnwindSafe(body)) {
+        Ok(result) => result,
+        Err(payload) => {
+            std::mem::forget(payload);
+            let message = LAST_PANIC.try_with(|last| last.take()).ok().flatten();
+            Err(Failure::internal(message.as_deref().unwrap_or("a panic without a message")))
+        }
+    }
+}
+
+thread_local! {
+    /// How many of our functions this thread is inside of.
+    static DEPTH: Cell<u32> = const { Cell::new(0) };
+    /// Whether the host's code runs on this thread on our behalf.
+    static IN_CALLBACK: Cell<bool> = const { Cell::new(false) };
+    /// What the hook heard.
+    static LAST_PANIC: RefCell<Option<String>> = const { RefCell::new(None) };
+}
+
+/// This thread runs code of ours until the value is dropped: panics are recorded and not printed, and
+/// the floating-point state is the one Rust assumes.
+pub(super) struct Inside {
+    #[cfg(target_arch = "x86_64")]
+    host_mxcsr: u32,
+}
+
+impl Inside {
+    pub(super) fn enter() -> Inside {
+        install_panic_hook();
+        let _ = DEPTH.try_with(|depth| depth.set(depth.get() + 1));
+        #[cfg(target_arch = "x86_64")]
+        let inside = Inside { host_mxcsr: mxcsr::get() };
+        #[cfg(not(target_arch = "x86_64"))]
+        let inside = Inside {};
+        default_floating_point();
+        inside
+    }
+}
+
+impl Drop for Inside {
+    fn drop(&mut self) {
+        #[cfg(target_arch = "x86_64")]
+        mxcsr::set(self.host_mxcsr);
+        let _ = DEPTH.try_with(|depth| depth.set(depth.get() - 1));
+    }
+}
+
+/// Calls the host back. What it does to the floating-point state ends with the call.
+pub(super) fn call_host<T>(callback: impl FnOnce() -> T) -> T {
+    let outer = IN_CALLBACK.try_with(|flag| flag.replace(true)).unwrap_or(true);
+    let result = callback();
+    let _ = IN_CALLBACK.try_with(|flag| flag.set(outer));
+    default_floating_point();
+    result
+}
+
+/// Whether the host's code runs on this thread on our behalf.
+pub(super) fn in_callback() -> bool {
+    IN_CALLBACK.try_with(Cell::get).unwrap_or(false)
+}
+
+/// A host built with `-ffast-math` runs with flush-to-zero, which would change the image.
+fn default_floating_point() {
+    #[cfg(target_arch = "x86_64")]
+    mxcsr::set(mxcsr::DEFAULT);
+}
+
+/// The control and status register of SSE arithmetic.
+///
+/// Rust code may assume its default value, and changing it to another one is undefined behaviour.
+/// Here it only changes to the default, before code of ours computes, and back to what the host had,
+/// after it has: in between, the assumption holds.
+#[cfg(target_arch = "x86_64")]
+mod mxcsr {
+    use std::arch::asm;
+
+    /// All exceptions masked, round to nearest, no flush to zero, no exception flag raised.
+    pub(super) const DEFAULT: u32 = 0x1f80;
+
+    #[inline]
+    pub(super) fn get() -> u32 {
+        let mut value = 0u32;
+        // SAFETY: stores four bytes to a local.
+        unsafe { asm!("stmxcsr [{}]", in(reg) &raw mut value, options(nostack, preserves_flags)) };
+        value
+    }
+
+    #[inline]
+    pub(super) fn set(value: u32) {
+        // SAFETY: loads either the default, or a value that `get` read and that therefore has no
+        // reserved bit set; see the module's comment for why the change is allowed.
+        unsafe { asm!("ldmxcsr [{}]", in(reg) &raw const value, options(nostack, readonly)) };
+    }
+}
+
+/// Rust prints the message of a panic before anybody can catch it. The hook keeps those of our own
+/// threads and entry points off the host's stderr and stores the text for the error record; any other
+/// panic goes where it went before. In the shared library nobody else has this hook, since its copy of
+/// std is its own; a Rust program that links the crate keeps its own hook for its own panics.
+fn install_panic_hook() {
+    static INSTALLED: Once = Once::new();
+    INSTALLED.call_once(|| {
+        let previous = std::panic::take_hook();
+        std::panic::set_hook(Box::new(move |info| {
+            let entered = DEPTH.try_with(Cell::get).unwrap_or(0) > 0;
+            let worker = std::thread::current().name().is_some_and(|name| name.starts_with("caustica-"));
+            if entered {
+                let text = info.payload().downcast_ref::<&str>().copied();
+                let text =
+                    text.or_else(|| info.payload().downcast_ref::<String>().map(String::as_str)).unwrap_or("panic");
+                let place = info.location().map_or(String::new(), |l| format!(" ({}:{})", l.file(), l.line()));
+                let _ = LAST_PANIC.try_with(|last| last.replace(Some(format!("{text}{place}"))));
+            } else if !worker {
+                previous(info);
+            }
+        }));
+    });
+}

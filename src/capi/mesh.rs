@@ -1,0 +1,123 @@
+//! Triangle meshes: copied when made, immutable afterwards.
+
+use super::device::Device;
+use super::error::{ERROR_OUT_OF_MEMORY, Failure, OBJECT_MESH, OK};
+use super::guard;
+use super::handle::{Handle, Kind};
+use super::pointer::{In, MAX_NAME, Out, Sized32, Text, copy_elements};
+use crate::scene::description::MeshDescription;
+use std::sync::Arc;
+
+/// `caustica_mesh_desc`.
+#[derive(Clone, Copy)]
+#[repr(C)]
+pub struct MeshDesc {
+    /// Size of the host's struct.
+    pub struct_size: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// For messages.
+    pub name: Text,
+    /// Three floats per vertex.
+    pub positions: *const f32,
+    /// Bytes from one position to the next; 0 for 12.
+    pub position_stride: u64,
+    /// Three floats per vertex, or null for flat shading.
+    pub normals: *const f32,
+    /// Bytes from one normal to the next; 0 for 12.
+    pub normal_stride: u64,
+    /// Number of positions, and of normals if there are any.
+    pub vertex_count: u64,
+    /// Three per triangle, without gaps.
+    pub indices: *const u32,
+    /// A multiple of three.
+    pub index_count: u64,
+}
+
+// SAFETY: `repr(C)`, `u32` first, integers and pointers only.
+unsafe impl Sized32 for MeshDesc {
+    const NAME: &'static str = "caustica_mesh_desc";
+    const FIRST_SIZE: usize = 72;
+}
+
+/// A mesh; lives as long as the host or an instance refers to it.
+pub struct Mesh {
+    pub(super) id: u64,
+    pub(super) data: MeshDescription,
+}
+
+impl Kind for Mesh {
+    const KIND: u32 = OBJECT_MESH;
+    const NAME: &'static str = "mesh";
+}
+
+guard::export! {
+    /// Makes a mesh from copies of the host's arrays.
+    fn caustica_mesh_create(device, desc: In<MeshDesc>, mesh: Out<Handle<Mesh>>) = create;
+
+    /// Gives up the host's claim.
+    fn caustica_mesh_release(device, mesh: Handle<Mesh>) = release;
+}
+
+fn create(device: &Arc<Device>, desc: In<MeshDesc>, mesh: Out<Handle<Mesh>>) -> Result<i32, Failure> {
+    let out = mesh.required("mesh")?;
+    let desc = desc.read("desc")?;
+    let name = desc.name.read("name", MAX_NAME)?;
+    let data = copy(&desc, &name).map_err(|failure| failure.object_if_none(OBJECT_MESH, 0, &name))?;
+    let (handle, _) = device.meshes.insert(|id| Mesh { id, data })?;
+    out.write(handle);
+    Ok(OK)
+}
+
+fn copy(desc: &MeshDesc, name: &str) -> Result<MeshDescription, Failure> {
+    if desc.reserved != 0 {
+        return Err(Failure::argument("reserved", format!("is {}; 0 was expected", desc.reserved)));
+    }
+    if desc.vertex_count > u32::MAX as u64 {
+        let text = format!("is {}; 32-bit indices reach {}", desc.vertex_count, u32::MAX);
+        return Err(Failure::limit("vertex_count", text));
+    }
+    if desc.index_count % 3 != 0 {
+        return Err(Failure::argument("index_count", format!("is {}; a multiple of 3 was expected", desc.index_count)));
+    }
+    let normal_count = if desc.normals.is_null() { 0 } else { desc.vertex_count };
+    // SAFETY: the header asks that the arrays be readable for the counts and strides given.
+    let (positions, normals, triangles) = unsafe {
+        (
+            copy_elements("positions", desc.positions, desc.vertex_count, desc.position_stride)?,
+            copy_elements("normals", desc.normals, normal_count, desc.normal_stride)?,
+            copy_elements("indices", desc.indices, desc.index_count / 3, 0)?,
+        )
+    };
+    Ok(MeshDescription { name: name.to_owned(), positions, normals, triangles })
+}
+
+fn release(device: &Arc<Device>, mesh: Handle<Mesh>) -> Result<i32, Failure> {
+    device.meshes.remove(mesh)?;
+    Ok(OK)
+}
+
+impl Mesh {
+    /// A copy for a description, with an error where there is no memory for it.
+    pub(super) fn describe(&self) -> Result<MeshDescription, Failure> {
+        let copied = || -> Result<MeshDescription, std::collections::TryReserveError> {
+            Ok(MeshDescription {
+                name: self.data.name.clone(),
+                positions: copy_of(&self.data.positions)?,
+                normals: copy_of(&self.data.normals)?,
+                triangles: copy_of(&self.data.triangles)?,
+            })
+        };
+        copied().map_err(|_| {
+            let text = format!("mesh '{}': its copy could not be allocated", self.data.name);
+            Failure::new(ERROR_OUT_OF_MEMORY, text).object(OBJECT_MESH, self.id, &self.data.name)
+        })
+    }
+}
+
+fn copy_of<T: Copy>(from: &[T]) -> Result<Vec<T>, std::collections::TryReserveError> {
+    let mut to = Vec::new();
+    to.try_reserve_exact(from.len())?;
+    to.extend_from_slice(from);
+    Ok(to)
+}

@@ -1,0 +1,426 @@
+//! Renders: one request each, blocking or on a thread of its own.
+//!
+//! A failure lives in its render. After a wait has said that a render is over, its thread is joined and
+//! nothing of the host's is touched any more.
+
+use super::camera::Camera;
+use super::device::{Device, MAX_THREADS, Messages, User};
+use super::error::*;
+use super::guard;
+use super::handle::{Handle, Kind};
+use super::pixels::Statistics;
+use super::pointer::{In, Out, OutStruct, Sized32};
+use super::scene::{Scene, Snapshot};
+use crate::render::job::{self, Cancel, Integrator, Output, Settings};
+use std::ffi::c_void;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+/// The library's choice.
+pub const INTEGRATOR_DEFAULT: u32 = 0;
+/// Path tracing.
+pub const INTEGRATOR_PATH: u32 = 1;
+/// Bidirectional path tracing.
+pub const INTEGRATOR_BDPT: u32 = 2;
+
+/// Not over yet.
+pub const STATE_RUNNING: u32 = 1;
+/// Over, with the whole image.
+pub const STATE_DONE: u32 = 2;
+/// Over, with the passes that were whole.
+pub const STATE_CANCELLED: u32 = 3;
+/// Over, without an image.
+pub const STATE_FAILED: u32 = 4;
+
+/// Called with how far a render is; 0 asks it to stop. C's `bool`, taken as a byte because a host
+/// written in another language may return any.
+pub type ProgressCallback = unsafe extern "C" fn(user: *mut c_void, progress: *const Progress) -> u8;
+
+/// `caustica_progress`.
+#[derive(Clone, Copy)]
+#[repr(C)]
+pub struct Progress {
+    /// Size of the host's struct.
+    pub struct_size: u32,
+    /// A `STATE_`.
+    pub state: u32,
+    /// 0 to 1.
+    pub fraction: f32,
+    /// Whole passes.
+    pub samples: u32,
+    /// So far.
+    pub rays: u64,
+    /// Since the start.
+    pub elapsed_seconds: f64,
+    /// Relative standard error; NaN before it is known.
+    pub noise: f32,
+    /// Zero.
+    pub reserved: u32,
+}
+
+// SAFETY: `repr(C)`, `u32` first, numbers only.
+unsafe impl Sized32 for Progress {
+    const NAME: &'static str = "caustica_progress";
+    const FIRST_SIZE: usize = 40;
+}
+
+/// `caustica_render_desc`.
+#[derive(Clone, Copy)]
+#[repr(C)]
+pub struct RenderDesc {
+    /// Size of the host's struct.
+    pub struct_size: u32,
+    /// The estimator.
+    pub integrator: u32,
+    /// Committed.
+    pub scene: Handle<Scene>,
+    /// 0 for the scene's first.
+    pub camera: Handle<Camera>,
+    /// Pixels; 0 for 512.
+    pub width: u32,
+    /// Pixels; 0 for 512.
+    pub height: u32,
+    /// Per pixel; 0 for 64.
+    pub samples: u32,
+    /// Segments of the longest path; 0 for 12.
+    pub max_depth: u32,
+    /// Selects the random numbers.
+    pub seed: u64,
+    /// 0 for none.
+    pub time_limit_seconds: f64,
+    /// 0 for the device's.
+    pub num_threads: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// Null for none.
+    pub progress: Option<ProgressCallback>,
+    /// Passed to `progress`.
+    pub user: *mut c_void,
+}
+
+// SAFETY: `repr(C)`, `u32` first; the callback is C's nullable pointer, the rest are numbers.
+unsafe impl Sized32 for RenderDesc {
+    const NAME: &'static str = "caustica_render_desc";
+    const FIRST_SIZE: usize = 80;
+}
+
+/// What came of a render, and what it was.
+pub(super) struct Finished {
+    /// A cancelled one has an output too.
+    pub(super) result: Result<Output, Failure>,
+    /// As they were used.
+    pub(super) settings: Settings,
+    /// Of the snapshot.
+    pub(super) scene_hash: u64,
+    /// Its name.
+    pub(super) camera: String,
+}
+
+/// A render, running or over.
+pub struct Render {
+    id: u64,
+    cancel: Cancel,
+    latest: Mutex<job::Progress>,
+    finished: Mutex<Option<Arc<Finished>>>,
+    over: Condvar,
+    thread: Mutex<Option<JoinHandle<()>>>,
+}
+
+impl Kind for Render {
+    const KIND: u32 = OBJECT_RENDER;
+    const NAME: &'static str = "render";
+}
+
+/// Locks of this module guard single assignments, which a panic cannot leave half done.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Render {
+    fn new(id: u64) -> Render {
+        let start = job::Progress { fraction: 0.0, samples: 0, rays: 0, elapsed: Duration::ZERO, noise: f32::NAN };
+        Render {
+            id,
+            cancel: Cancel::default(),
+            latest: Mutex::new(start),
+            finished: Mutex::new(None),
+            over: Condvar::new(),
+            thread: Mutex::new(None),
+        }
+    }
+
+    /// Asks it to stop.
+    pub(super) fn cancel(&self) {
+        self.cancel.cancel();
+    }
+
+    /// Waits until it is over and its thread has ended.
+    pub(super) fn finish(&self) {
+        let running = |finished: &mut Option<_>| finished.is_none();
+        drop(self.over.wait_while(lock(&self.finished), running).unwrap_or_else(PoisonError::into_inner));
+        self.join();
+    }
+
+    /// A second caller waits for the first. The thread itself cannot panic.
+    fn join(&self) {
+        let mut thread = lock(&self.thread);
+        if let Some(handle) = thread.take() {
+            let _ = handle.join();
+        }
+    }
+
+    /// What came of it; an error while it runs.
+    pub(super) fn finished(&self) -> Result<Arc<Finished>, Failure> {
+        lock(&self.finished)
+            .clone()
+            .ok_or_else(|| Failure::new(ERROR_WRONG_STATE, "the render is running").object(OBJECT_RENDER, self.id, ""))
+    }
+
+    /// The last relative standard error that was estimated.
+    pub(super) fn noise(&self) -> f32 {
+        lock(&self.latest).noise
+    }
+
+    /// Renders on this thread and publishes what came of it as its last act.
+    fn run(&self, request: Request, messages: Option<&Messages>) {
+        let progress = |progress: job::Progress| {
+            *lock(&self.latest) = progress;
+            if !request.report(&progress) {
+                self.cancel.cancel();
+            }
+        };
+        let result = guard::catch(|| {
+            job::render(&request.snapshot.world, &request.settings, &self.cancel, &progress).map_err(Failure::from)
+        });
+        let result = result.map_err(|failure| failure.object_if_none(OBJECT_RENDER, self.id, ""));
+        if let (Err(failure), Some(messages)) = (&result, messages) {
+            messages.error(failure);
+        }
+        let Request { snapshot, settings, .. } = request;
+        let finished = Finished {
+            result,
+            scene_hash: snapshot.world.hash(),
+            camera: snapshot.world.cameras.get(settings.camera).map_or_else(String::new, |c| c.name.clone()),
+            settings,
+        };
+        drop(snapshot);
+        *lock(&self.finished) = Some(Arc::new(finished));
+        self.over.notify_all();
+    }
+}
+
+/// A checked request.
+struct Request {
+    snapshot: Arc<Snapshot>,
+    settings: Settings,
+    progress: Option<ProgressCallback>,
+    user: User,
+}
+
+impl Request {
+    /// Tells the host; false if it wants no more.
+    fn report(&self, progress: &job::Progress) -> bool {
+        let Some(callback) = self.progress else {
+            return true;
+        };
+        let progress = to_host(progress, STATE_RUNNING);
+        // SAFETY: the host promised a function of this type, which neither throws nor jumps out.
+        guard::call_host(|| unsafe { callback(self.user.0, &progress) }) != 0
+    }
+}
+
+fn to_host(progress: &job::Progress, state: u32) -> Progress {
+    Progress {
+        struct_size: size_of::<Progress>() as u32,
+        state,
+        fraction: progress.fraction,
+        samples: progress.samples,
+        rays: progress.rays,
+        elapsed_seconds: progress.elapsed.as_secs_f64(),
+        noise: progress.noise,
+        reserved: 0,
+    }
+}
+
+guard::export! {
+    /// Renders and returns when it is over.
+    fn caustica_render(device, desc: In<RenderDesc>, render: Out<Handle<Render>>) = render_now;
+
+    /// Starts a render and returns at once.
+    fn caustica_render_start(device, desc: In<RenderDesc>, render: Out<Handle<Render>>) = start;
+
+    /// Waits for its end.
+    fn caustica_render_wait(device, render: Handle<Render>, timeout_seconds: f64) = wait;
+
+    /// Gives it up; one that runs is cancelled and waited for.
+    fn caustica_render_release(device, render: Handle<Render>) = release;
+}
+
+guard::export! {
+    /// How far it is.
+    callback_safe fn caustica_render_poll(device, render: Handle<Render>, progress: OutStruct<Progress>) = poll;
+
+    /// Asks it to stop.
+    callback_safe fn caustica_render_cancel(device, render: Handle<Render>) = cancel;
+
+    /// How it ended.
+    callback_safe fn caustica_render_result(device, render: Handle<Render>, statistics: OutStruct<Statistics>) = result;
+}
+
+fn render_now(device: &Arc<Device>, desc: In<RenderDesc>, render: Out<Handle<Render>>) -> Result<i32, Failure> {
+    let out = render.required("render")?;
+    let request = request(device, desc)?;
+    let (handle, object) = device.renders.insert(Render::new)?;
+    // The failure is returned here, which also sends it as a message.
+    object.run(request, None);
+    match &object.finished()?.result {
+        Ok(output) => {
+            out.write(handle);
+            Ok(if output.cancelled { CANCELLED } else { OK })
+        }
+        Err(failure) => {
+            device.renders.remove(handle)?;
+            Err(failure.clone())
+        }
+    }
+}
+
+fn start(device: &Arc<Device>, desc: In<RenderDesc>, render: Out<Handle<Render>>) -> Result<i32, Failure> {
+    let out = render.required("render")?;
+    let request = request(device, desc)?;
+    let (handle, object) = device.renders.insert(Render::new)?;
+    let (worker, messages) = (object.clone(), device.messages.clone());
+    // Held until the handle of the thread is stored, so that nobody finds a render without it.
+    let mut thread = lock(&object.thread);
+    let spawned = std::thread::Builder::new().name("caustica-render".to_owned()).spawn(move || {
+        let _here = guard::Inside::enter();
+        worker.run(request, Some(&messages));
+    });
+    match spawned {
+        Ok(handle) => *thread = Some(handle),
+        Err(error) => {
+            device.renders.remove(handle)?;
+            return Err(Failure::limit("thread", format!("could not be started: {error}")));
+        }
+    }
+    drop(thread);
+    out.write(handle);
+    Ok(OK)
+}
+
+fn request(device: &Arc<Device>, desc: In<RenderDesc>) -> Result<Request, Failure> {
+    let d = desc.read("desc")?;
+    if d.reserved != 0 {
+        return Err(Failure::argument("reserved", format!("is {}; 0 was expected", d.reserved)));
+    }
+    let integrator = match d.integrator {
+        INTEGRATOR_DEFAULT => Integrator::default(),
+        INTEGRATOR_PATH => Integrator::Path,
+        INTEGRATOR_BDPT => Integrator::Bdpt,
+        other => {
+            return Err(Failure::argument("integrator", format!("is {other}; a CAUSTICA_INTEGRATOR_ was expected")));
+        }
+    };
+    if d.num_threads > MAX_THREADS {
+        return Err(Failure::limit("num_threads", format!("is {}; at most {MAX_THREADS}", d.num_threads)));
+    }
+    let seconds = d.time_limit_seconds;
+    if !(seconds >= 0.0 && seconds.is_finite()) {
+        let text = format!("is {seconds}; a finite number of at least 0 was expected");
+        return Err(Failure::argument("time_limit_seconds", text));
+    }
+    let scene = device.scenes.get(d.scene)?;
+    let snapshot = scene.snapshot().ok_or_else(|| {
+        Failure::new(ERROR_WRONG_STATE, "the scene was never committed").object(OBJECT_SCENE, scene.id, "")
+    })?;
+    let defaults = Settings::default();
+    let settings = Settings {
+        integrator,
+        width: or(d.width, defaults.width),
+        height: or(d.height, defaults.height),
+        camera: camera_index(device, &snapshot, d.camera)?,
+        samples: or(d.samples, defaults.samples),
+        // A limit too long for a `Duration` is none.
+        time_limit: (seconds > 0.0).then(|| Duration::try_from_secs_f64(seconds).ok()).flatten(),
+        max_depth: or(d.max_depth, defaults.max_depth),
+        seed: d.seed,
+        threads: or(d.num_threads, device.threads as u32) as usize,
+        ..defaults
+    };
+    Ok(Request { snapshot, settings, progress: d.progress, user: User(d.user) })
+}
+
+/// Zero means the default.
+fn or(value: u32, default: u32) -> u32 {
+    if value == 0 { default } else { value }
+}
+
+fn camera_index(device: &Arc<Device>, snapshot: &Snapshot, camera: Handle<Camera>) -> Result<usize, Failure> {
+    if camera.id() == 0 {
+        let none = || Failure::new(ERROR_WRONG_STATE, "the committed scene has no camera");
+        return if snapshot.cameras.is_empty() { Err(none()) } else { Ok(0) };
+    }
+    let object = device.cameras.get(camera)?;
+    snapshot.cameras.iter().position(|&id| id == object.id).ok_or_else(|| {
+        let text = "the camera was not in the scene when it was last committed";
+        Failure::new(ERROR_WRONG_STATE, text).object(OBJECT_CAMERA, object.id, "")
+    })
+}
+
+fn wait(device: &Arc<Device>, render: Handle<Render>, timeout_seconds: f64) -> Result<i32, Failure> {
+    let render = device.renders.get(render)?;
+    if timeout_seconds.is_nan() {
+        return Err(Failure::argument("timeout_seconds", "is NaN; seconds were expected, or less than 0 for ever"));
+    }
+    let timeout = Duration::try_from_secs_f64(timeout_seconds).ok();
+    if let Some(timeout) = timeout {
+        let running = |finished: &mut Option<_>| finished.is_none();
+        let waited = render.over.wait_timeout_while(lock(&render.finished), timeout, running);
+        let (finished, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        if finished.is_none() {
+            return Ok(TIMEOUT);
+        }
+    }
+    render.finish();
+    Ok(OK)
+}
+
+fn poll(device: &Arc<Device>, render: Handle<Render>, progress: OutStruct<Progress>) -> Result<i32, Failure> {
+    let place = progress.required("progress")?;
+    let render = device.renders.get(render)?;
+    let state = match lock(&render.finished).as_deref().map(|finished| &finished.result) {
+        None => STATE_RUNNING,
+        Some(Ok(output)) if output.cancelled => STATE_CANCELLED,
+        Some(Ok(_)) => STATE_DONE,
+        Some(Err(_)) => STATE_FAILED,
+    };
+    let latest = *lock(&render.latest);
+    place.write(&to_host(&latest, state));
+    Ok(OK)
+}
+
+fn cancel(device: &Arc<Device>, render: Handle<Render>) -> Result<i32, Failure> {
+    device.renders.get(render)?.cancel();
+    Ok(OK)
+}
+
+fn result(device: &Arc<Device>, render: Handle<Render>, statistics: OutStruct<Statistics>) -> Result<i32, Failure> {
+    let place = statistics.optional("statistics")?;
+    let render = device.renders.get(render)?;
+    match &render.finished()?.result {
+        Ok(output) => {
+            place.write(&Statistics::new(output, render.noise()));
+            Ok(if output.cancelled { CANCELLED } else { OK })
+        }
+        Err(failure) => Err(failure.clone()),
+    }
+}
+
+fn release(device: &Arc<Device>, render: Handle<Render>) -> Result<i32, Failure> {
+    let object = device.renders.get(render)?;
+    object.cancel();
+    object.finish();
+    device.renders.remove(render)?;
+    Ok(OK)
+}

@@ -1,0 +1,217 @@
+//! Scenes: what a host puts together, and the snapshots that its commits leave. A render uses the
+//! snapshot it started with, so the host may edit at once.
+
+use super::camera::Camera;
+use super::device::{Device, SEVERITY_WARNING};
+use super::error::{ERROR_BUSY, Failure, OBJECT_SCENE, OK, Origins};
+use super::guard;
+use super::handle::{Handle, Kind};
+use super::instance::{Geometry, Instance};
+use super::light::Light;
+use super::material::Material;
+use super::mesh::Mesh;
+use super::pointer::{Out, OutStruct, Sized32, Values};
+use crate::math::Rgb;
+use crate::scene::description::{self, Description};
+use crate::scene::{CommitOptions, World};
+use std::collections::{BTreeMap, HashMap};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
+use std::time::Instant;
+
+/// `caustica_commit_report`.
+#[derive(Clone, Copy)]
+#[repr(C)]
+pub struct CommitReport {
+    /// Size of the host's struct.
+    pub struct_size: u32,
+    /// How many warnings went to the message callback.
+    pub warning_count: u32,
+    /// In world space.
+    pub triangle_count: u64,
+    /// Of all that was committed.
+    pub scene_hash: u64,
+    /// How long it took.
+    pub seconds: f64,
+}
+
+// SAFETY: `repr(C)`, `u32` first, numbers only.
+unsafe impl Sized32 for CommitReport {
+    const NAME: &'static str = "caustica_commit_report";
+    const FIRST_SIZE: usize = 32;
+}
+
+/// What the host has put in.
+#[derive(Default)]
+pub(super) struct Contents {
+    /// By the order in which they came.
+    pub(super) instances: BTreeMap<u64, Arc<Instance>>,
+    pub(super) lights: Vec<Arc<Light>>,
+    pub(super) cameras: Vec<Arc<Camera>>,
+    pub(super) environment: Rgb,
+    instances_so_far: u64,
+}
+
+impl Contents {
+    /// The next instance's place.
+    pub(super) fn next_order(&mut self) -> u64 {
+        self.instances_so_far += 1;
+        self.instances_so_far
+    }
+}
+
+/// A committed scene, with the ids of its cameras in the order of their indices.
+pub(super) struct Snapshot {
+    pub(super) world: World,
+    pub(super) cameras: Vec<u64>,
+}
+
+/// A scene. A panic while its contents are locked poisons the lock: the scene says so from then on.
+pub struct Scene {
+    pub(super) id: u64,
+    contents: Mutex<Contents>,
+    snapshot: Mutex<Option<Arc<Snapshot>>>,
+}
+
+impl Kind for Scene {
+    const KIND: u32 = OBJECT_SCENE;
+    const NAME: &'static str = "scene";
+}
+
+impl Scene {
+    /// The contents, for one thread at a time; a second one is told so and does not wait.
+    pub(super) fn edit(&self) -> Result<MutexGuard<'_, Contents>, Failure> {
+        self.contents.try_lock().map_err(|error| match error {
+            TryLockError::WouldBlock => self.busy(),
+            TryLockError::Poisoned(_) => {
+                Failure::internal("an earlier call on this scene failed").object(OBJECT_SCENE, self.id, "")
+            }
+        })
+    }
+
+    fn busy(&self) -> Failure {
+        Failure::new(ERROR_BUSY, "another thread is working on this scene").object(OBJECT_SCENE, self.id, "")
+    }
+
+    /// The last commit's result. The lock is held for an assignment only.
+    pub(super) fn snapshot(&self) -> Option<Arc<Snapshot>> {
+        self.snapshot.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+}
+
+guard::export! {
+    /// Makes an empty scene.
+    fn caustica_scene_create(device, scene: Out<Handle<Scene>>) = create;
+
+    /// Ends a scene, with its instances, lights and cameras.
+    fn caustica_scene_release(device, scene: Handle<Scene>) = release;
+
+    /// Sets the radiance that arrives from infinity.
+    fn caustica_scene_set_environment(device, scene: Handle<Scene>, radiance: Values<f32, 3>) = set_environment;
+
+    /// Makes a snapshot for renders.
+    fn caustica_scene_commit(device, scene: Handle<Scene>, report: OutStruct<CommitReport>) = commit;
+}
+
+fn create(device: &Arc<Device>, scene: Out<Handle<Scene>>) -> Result<i32, Failure> {
+    let out = scene.required("scene")?;
+    let empty = |id| Scene { id, contents: Mutex::default(), snapshot: Mutex::default() };
+    out.write(device.scenes.insert(empty)?.0);
+    Ok(OK)
+}
+
+fn release(device: &Arc<Device>, scene: Handle<Scene>) -> Result<i32, Failure> {
+    let object = device.scenes.get(scene)?;
+    let mut contents = match object.contents.try_lock() {
+        Ok(contents) => contents,
+        // A scene that failed can still be released.
+        Err(TryLockError::Poisoned(error)) => error.into_inner(),
+        Err(TryLockError::WouldBlock) => return Err(object.busy()),
+    };
+    device.scenes.remove(scene)?;
+    let contents = std::mem::take(&mut *contents);
+    // What was loaded from a file has no handle, and what has one may be gone by another thread.
+    contents.instances.values().for_each(|x| drop(device.instances.remove(Handle::new(x.id))));
+    contents.lights.iter().for_each(|x| drop(device.lights.remove(Handle::new(x.id))));
+    contents.cameras.iter().for_each(|x| drop(device.cameras.remove(Handle::new(x.id))));
+    Ok(OK)
+}
+
+fn set_environment(device: &Arc<Device>, scene: Handle<Scene>, radiance: Values<f32, 3>) -> Result<i32, Failure> {
+    let scene = device.scenes.get(scene)?;
+    let radiance = radiance.read().ok_or_else(|| Failure::argument("radiance", "is null"))?;
+    if let Some(at) = radiance.iter().position(|x| !(x.is_finite() && *x >= 0.0)) {
+        let text = format!("is {}; finite numbers of at least 0 were expected", radiance[at]);
+        return Err(Failure::argument("radiance", text).at(at as u64).object(OBJECT_SCENE, scene.id, ""));
+    }
+    scene.edit()?.environment = Rgb::from_array(radiance);
+    Ok(OK)
+}
+
+fn commit(device: &Arc<Device>, scene: Handle<Scene>, report: OutStruct<CommitReport>) -> Result<i32, Failure> {
+    let place = report.optional("report")?;
+    let scene = device.scenes.get(scene)?;
+    let start = Instant::now();
+    let contents = scene.edit()?;
+    let (description, origins) = describe(&contents)?;
+    let options = CommitOptions { backend: device.backend, threads: device.threads };
+    let world = World::commit(&description, options)
+        .map_err(|error| origins.explain(error).object_if_none(OBJECT_SCENE, scene.id, ""))?;
+    let snapshot = Arc::new(Snapshot { world, cameras: origins.cameras });
+    *scene.snapshot.lock().unwrap_or_else(PoisonError::into_inner) = Some(snapshot.clone());
+    drop(contents);
+
+    let world = &snapshot.world;
+    for warning in &world.warnings {
+        let message = Failure::new(OK, warning.as_str()).object(OBJECT_SCENE, scene.id, "");
+        device.messages.send(SEVERITY_WARNING, &message);
+    }
+    place.write(&CommitReport {
+        struct_size: 0,
+        warning_count: world.warnings.len() as u32,
+        triangle_count: world.triangle_count(),
+        scene_hash: world.hash(),
+        seconds: start.elapsed().as_secs_f64(),
+    });
+    Ok(OK)
+}
+
+/// The contents as a description: objects become indices, each mesh and material standing once.
+fn describe(contents: &Contents) -> Result<(Description, Origins), Failure> {
+    let mut description = Description { environment: contents.environment, ..Description::default() };
+    let mut origins = Origins::default();
+    let mut meshes: HashMap<*const Mesh, usize> = HashMap::new();
+    let mut materials: HashMap<*const Material, usize> = HashMap::new();
+    for instance in contents.instances.values() {
+        let placement = instance.placement()?.clone();
+        let geometry = match &instance.geometry {
+            Geometry::Sphere { radius } => description::Geometry::Sphere { radius: *radius },
+            Geometry::Mesh(mesh) => {
+                let next = description.meshes.len();
+                let index = *meshes.entry(Arc::as_ptr(mesh)).or_insert(next);
+                if index == next {
+                    description.meshes.push(mesh.describe()?);
+                    origins.meshes.push(mesh.id);
+                }
+                description::Geometry::Mesh(index)
+            }
+        };
+        let next = description.materials.len();
+        let material = *materials.entry(Arc::as_ptr(&placement.material)).or_insert(next);
+        if material == next {
+            description.materials.push(placement.material.describe()?);
+            origins.materials.push(placement.material.id);
+        }
+        let (name, transform) = (instance.name.clone(), placement.transform);
+        description.instances.push(description::Instance { name, geometry, material, transform });
+        origins.instances.push(instance.id);
+    }
+    for light in &contents.lights {
+        description.lights.push(light.describe()?);
+        origins.lights.push(light.id);
+    }
+    for camera in &contents.cameras {
+        description.cameras.push(camera.describe()?);
+        origins.cameras.push(camera.id);
+    }
+    Ok((description, origins))
+}

@@ -1,0 +1,66 @@
+//! The image of a render into a file.
+
+use super::device::{Device, SEVERITY_WARNING};
+use super::error::*;
+use super::guard;
+use super::handle::Handle;
+use super::pointer::{MAX_PATH, Text};
+use super::render::{Finished, Render};
+use crate::io::image::{self, ImageError, Metadata, WriteOptions};
+use crate::render::job::{Integrator, Output};
+use std::path::Path;
+use std::sync::Arc;
+
+guard::export! {
+    /// Writes the image in the format that the extension names.
+    fn caustica_render_write(device, render: Handle<Render>, path: Text) = write;
+}
+
+fn write(device: &Arc<Device>, render: Handle<Render>, path: Text) -> Result<i32, Failure> {
+    let object = device.renders.get(render)?;
+    let path = path.read("path", MAX_PATH)?;
+    if path.is_empty() {
+        return Err(Failure::argument("path", "is empty"));
+    }
+    let finished = object.finished()?;
+    let output = finished.result.as_ref().map_err(Failure::clone)?;
+    let (path, metadata) = (Path::new(&path), metadata(&finished, output));
+    let written = image::write(path, &output.image, &metadata, &WriteOptions::default()).map_err(failure)?;
+    for (count, what) in [(written.non_finite, "were NaN or infinite, now black"), (written.clamped, "were clamped")] {
+        if count > 0 {
+            let text = format!("{}: {count} pixels {what}", path.display());
+            let message = Failure::new(OK, text).object(OBJECT_RENDER, render.id(), "");
+            device.messages.send(SEVERITY_WARNING, &message);
+        }
+    }
+    Ok(OK)
+}
+
+/// The keys that the command line writes.
+fn metadata(finished: &Finished, output: &Output) -> Metadata {
+    let settings = &finished.settings;
+    let integrator = match settings.integrator {
+        Integrator::Path => "path",
+        Integrator::Bdpt => "bdpt",
+    };
+    let mut metadata = Metadata::new();
+    metadata
+        .set("samples", output.statistics.samples)
+        .set("seed", settings.seed)
+        .set(
+            "settings",
+            format!("integrator={integrator} max-depth={} camera={:?}", settings.max_depth, finished.camera),
+        )
+        .set("scene-hash", format!("{:016x}", finished.scene_hash))
+        .set("backend", output.statistics.backend.as_str());
+    metadata
+}
+
+fn failure(error: ImageError) -> Failure {
+    let code = match error {
+        ImageError::Io { .. } | ImageError::Codec { .. } => ERROR_IO,
+        ImageError::Unsupported { .. } | ImageError::Module { .. } => ERROR_UNSUPPORTED,
+        ImageError::OutOfMemory { .. } => ERROR_OUT_OF_MEMORY,
+    };
+    Failure { parameter: "path".to_owned(), ..Failure::new(code, error.to_string()) }
+}
