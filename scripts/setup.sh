@@ -4,7 +4,7 @@
 #   scripts/setup.sh --check    check only; exit 1 and name what is missing
 # Debian 13: everything from its own suite. Debian 12: its own suite ships Embree 3, so the Debian 13
 # suite is added at priority 100 (nothing moves to it by itself), and Embree comes from there. Rust, if
-# there is none, is on both the toolchain that Debian keeps for its browsers (rustc-web).
+# there is none, is the toolchain that Debian keeps for its browsers (rustc-web).
 # See docs/decisions/0001-embree-from-debian-13.md and 0004-rust-from-debian.md.
 set -euo pipefail
 
@@ -37,14 +37,14 @@ rust_ok() {
 
 look() {
   packages=()   # from the suite this machine runs
-  newer=()      # from the Debian 13 suite where this machine's own has Embree 3
+  newer=()      # from the Debian 13 suite where this machine's own is too old
   cxx_ok          || packages+=(build-essential)
   have pkg-config || packages+=(pkg-config)
   libclang_ok     || packages+=(libclang-dev)
   oiio_ok         || packages+=(libopenimageio-dev)
   have oiiotool   || packages+=(openimageio-tools)
-  rust_ok         || packages+=(cargo-web rustc-web rustfmt-web rust-web-clippy)
   embree_ok       || newer+=(libembree-dev)
+  rust_ok         || newer+=(cargo-web rustc-web rustfmt-web rust-web-clippy)
 }
 
 look
@@ -94,6 +94,12 @@ offers() {
 }
 from=()
 embree_ok || offers libembree-dev 4.3 || from=(-t trixie)
+if ! rust_ok && [ ${#from[@]} -gt 0 ] && offers rustc-web "1.$RUST_MIN"; then
+  # Debian 12 with its security updates: only Embree is missing.
+  newer=(libembree-dev)
+  packages+=(cargo-web rustc-web rustfmt-web rust-web-clippy)
+fi
+rust_ok || offers rustc-web "1.$RUST_MIN" || from=(-t trixie)
 
 # Debian's own mirror, as this machine already uses it.
 mirror() {
