@@ -139,9 +139,8 @@ impl FullPath<'_> {
                     return f64::NEG_INFINITY;
                 }
                 let camera_part: f64 = (1..=i).map(|j| forward(j).ln()).sum();
-                let light_part: f64 = (i + 1..=m)
-                    .map(|j| if i == m - 1 && j == m { light.direct.ln() } else { reverse(j).ln() })
-                    .sum();
+                let light_part: f64 =
+                    (i + 1..=m).map(|j| if i == m - 1 && j == m { light.direct.ln() } else { reverse(j).ln() }).sum();
                 camera_part + light_part
             })
             .collect();
@@ -201,8 +200,14 @@ fn check(name: &str, builder: &Builder) {
             bdpt::sample(&mut tracer, &view, 11, pixel, index, &mut out, &mut check);
         }
     }
-    eprintln!("{name}: {} paths, {} with chains, {} techniques, worst {:.1e} ({})",
-        check.paths, check.with_chain, check.by_technique.len(), check.worst, check.worst_at);
+    eprintln!(
+        "{name}: {} paths, {} with chains, {} techniques, worst {:.1e} ({})",
+        check.paths,
+        check.with_chain,
+        check.by_technique.len(),
+        check.worst,
+        check.worst_at
+    );
     assert!(check.paths > 5_000, "{name}: only {} paths", check.paths);
     assert!(check.worst < 1e-9, "{name}: {}", check.worst_at);
 }

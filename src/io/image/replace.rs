@@ -64,8 +64,10 @@ impl Pending {
     pub(super) fn finish(mut self, bytes: &[u8]) -> Result<(), ImageError> {
         let written = self.part.write_all(bytes).and_then(|()| self.part.as_file().sync_all());
         let Pending { part, target, path } = self;
-        written
-            .and_then(|()| part.persist(&target).map(drop).map_err(|e| e.error))
-            .map_err(|source| ImageError::Io { path, action: "write", source })
+        written.and_then(|()| part.persist(&target).map(drop).map_err(|e| e.error)).map_err(|source| ImageError::Io {
+            path,
+            action: "write",
+            source,
+        })
     }
 }

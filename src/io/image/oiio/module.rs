@@ -75,8 +75,7 @@ type Encode = unsafe extern "C" fn(
     *mut c_char,
     usize,
 ) -> i32;
-type Decode =
-    unsafe extern "C" fn(*const c_char, *const u8, usize, Buffer, *mut c_void, *mut c_char, usize) -> i32;
+type Decode = unsafe extern "C" fn(*const c_char, *const u8, usize, Buffer, *mut c_void, *mut c_char, usize) -> i32;
 
 /// The open module. It stays open: OpenImageIO's threads would outlive its code.
 pub(super) struct Module {
