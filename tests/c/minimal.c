@@ -1,8 +1,5 @@
-/* A glass sphere over a diffuse floor, rendered through the shared library, in plain C11.
- *
- *     minimal [image.exr [scene.glb]]
- *
- * prints the mean luminance; with a scene file, renders that instead. */
+/* minimal [image.exr [scene.glb]]: a glass sphere over a diffuse floor, or the scene of a file, rendered
+ * through the shared library in plain C11. Prints the mean luminance. */
 #include "caustica.h"
 #include <stdio.h>
 #include <stdlib.h>
@@ -29,7 +26,8 @@ static caustica_material material(uint32_t model, float color, float emission) {
 static void build(caustica_scene scene) {
     static const float corners[] = {-2, 0, -2, -2, 0, 2, 2, 0, 2, 2, 0, -2};
     static const uint32_t triangles[] = {0, 1, 2, 0, 2, 3};
-    static const double above[] = {1, 0, 0, 0, 0, 1, 0, 0.6, 0, 0, 1, 0}, lamp[] = {1, 0, 0, 1, 0, 1, 0, 3, 0, 0, 1, 0};
+    static const double above[] = {1, 0, 0, 0, 0, 1, 0, 0.6, 0, 0, 1, 0};
+    static const double lamp[] = {1, 0, 0, 1, 0, 1, 0, 3, 0, 0, 1, 0};
     caustica_mesh_desc mesh = {.struct_size = sizeof mesh, .positions = corners, .vertex_count = 4,
                                .indices = triangles, .index_count = 6, .name = "floor"};
     caustica_camera_desc camera = {.struct_size = sizeof camera, .projection = CAUSTICA_CAMERA_PERSPECTIVE, .yfov = 0.7,
@@ -43,7 +41,8 @@ static void build(caustica_scene scene) {
 }
 
 int main(int argc, char** argv) {
-    static float pixels[96][128][3];
+    static float pixels[96 * 128][3];
+    double sum = 0;
     caustica_device_options options = {.struct_size = sizeof options, .version = CAUSTICA_VERSION};
     caustica_pixels target = {.struct_size = sizeof target, .format = CAUSTICA_FORMAT_RGB_F32, .data = pixels, .size = sizeof pixels};
     caustica_render_desc desc = {.struct_size = sizeof desc, .width = 128, .height = 96, .samples = 16, .seed = 7};
@@ -56,8 +55,7 @@ int main(int argc, char** argv) {
     check(caustica_render(device, &desc, &render));
     check(caustica_render_read(device, render, &target));
     if (argc > 1) check(caustica_render_write(device, render, argv[1]));
-    double sum = 0;
-    for (const float* p = &pixels[0][0][0]; p != &pixels[0][0][0] + 96 * 128 * 3; p += 3) sum += 0.2126 * p[0] + 0.7152 * p[1] + 0.0722 * p[2];
+    for (int i = 0; i < 96 * 128; ++i) sum += 0.2126 * pixels[i][0] + 0.7152 * pixels[i][1] + 0.0722 * pixels[i][2];
     printf("mean luminance %.9g\n", sum / (96 * 128));
     check(caustica_device_release(device));
     return 0;
