@@ -1,7 +1,7 @@
 """The scenes. README.md says what each is for; numbers are here only."""
 
 from dataclasses import replace
-from math import pi
+from math import cos, pi, sin
 
 from model import Camera, Diffuse, Glass, Object, PointLight, Scene, Sphere
 from shapes import (add, box, cross, disk, dot, hemisphere, icosphere, join, normalize, rectangle,
@@ -40,8 +40,16 @@ def cornell() -> Scene:
 FLOOR = rectangle((0.0, 0.0, 0.0), (0.0, 0.0, 1.9), (1.9, 0.0, 0.0))
 PANEL_CENTER, PANEL_NORMAL = (-1.3, 1.8, -0.3), normalize((0.8, -1.0, 0.1))
 PANEL = Object("panel", square(PANEL_CENTER, PANEL_NORMAL, 0.6), Diffuse("panel", (0.8, 0.8, 0.8)))
-STAGE_CAMERA = Camera((0.7, 1.7, 3.0), (0.0, 0.2, 0.0), 40.0)
-HEMISPHERE = Object("hemisphere", hemisphere((0.0, 0.02, 0.0), (0.0, 1.0, 0.0), 0.5), GLASS)
+STAGE_CAMERA = Camera((0.7, 1.9, 2.9), (0.1, 0.2, 0.0), 34.0)
+
+
+def leaning_hemisphere(ground: float) -> Object:
+    """Leans with its dome towards the panel; the lowest point of its rim is 2 cm above `ground`."""
+    radius, lean = 0.45, 40.0 * pi / 180
+    toward = normalize((PANEL_CENTER[0], 0.0, PANEL_CENTER[2]))
+    axis = add(scale(toward, sin(lean)), (0.0, cos(lean), 0.0))
+    base = (0.0, round(ground + 0.02 + radius * sin(lean), 3), 0.0)
+    return Object("hemisphere", hemisphere(base, axis, radius), GLASS)
 
 
 def figure4a(name: str, half: float, distance: float) -> Scene:
@@ -50,9 +58,9 @@ def figure4a(name: str, half: float, distance: float) -> Scene:
     # Beside the way from the panel to the hemisphere.
     center = add(center, scale(normalize(cross(PANEL_NORMAL, (0.0, 1.0, 0.0))), 0.35))
     scene = Scene(name, STAGE_CAMERA, [
-        Object("floor", FLOOR, WHITE), PANEL, HEMISPHERE,
+        Object("floor", FLOOR, WHITE), PANEL, leaning_hemisphere(0.0),
         Object("lamp", square(center, scale(PANEL_NORMAL, -1.0), half),
-               lamp(1.6 / (2 * half) ** 2)),
+               lamp(36.0 / (2 * half) ** 2)),
     ])
     for thing in scene.objects:
         if thing.name not in ("panel", "lamp"):
@@ -65,13 +73,13 @@ def figure4b(name: str, radius: float) -> Scene:
     """The lamp, a sphere, sits in a hollow glass globe; a panel stands behind."""
     center = (-0.9, 1.5, -0.2)
     globe = join(sphere(center, 0.30, 48, 24), sphere(center, 0.27, 48, 24, inward=True))
-    return Scene(name, STAGE_CAMERA, [
+    return Scene(name, Camera((0.9, 1.9, 3.6), (-0.25, 0.65, 0.0), 42.0), [
         Object("floor", FLOOR, WHITE),
         Object("panel", rectangle((0.0, 0.9, -1.9), (1.9, 0.0, 0.0), (0.0, 0.9, 0.0)),
                Diffuse("panel", (0.35, 0.5, 0.65))),
-        HEMISPHERE,
+        leaning_hemisphere(0.0),
         Object("globe", globe, GLASS),
-        Object("lamp", Sphere(center, radius), lamp(5.0 / (4 * pi * radius**2))),
+        Object("lamp", Sphere(center, radius), lamp(25.0 / (4 * pi * radius**2))),
     ])
 
 
@@ -87,21 +95,19 @@ def figure4c(name: str, radius: float) -> Scene:
     curb = [rectangle((sx * edge, curb_high / 2, sz * edge), u, (0.0, curb_high / 2, 0.0))
             for sx, sz, u in ((0, 1, (edge, 0.0, 0.0)), (0, -1, (-edge, 0.0, 0.0)),
                               (1, 0, (0.0, 0.0, -edge)), (-1, 0, (0.0, 0.0, edge)))]
-    standing = Object("hemisphere", hemisphere((0.0, plate_high + 0.02, 0.0), (0.0, 1.0, 0.0), 0.5),
-                      GLASS)
     # The torch hangs above the right edge, out of view, and points at the panel.
     lens_center = (1.6, 2.2, 0.2)
     axis = normalize(sub(PANEL_CENTER, lens_center))
     back = add(lens_center, scale(axis, -0.2))
     return Scene(name, Camera((0.5, 2.2, 2.2), (0.0, 0.1, 0.0), 36.0), [
-        Object("floor", FLOOR, WHITE), PANEL, standing,
+        Object("floor", FLOOR, WHITE), PANEL, leaning_hemisphere(plate_high),
         Object("plate", box((-2.0, plate_low, -2.0), (2.0, plate_high, 2.0)), GLASS),
         Object("curb", join(*curb), black),
         Object("torch lens", hemisphere(lens_center, axis, 0.2), GLASS),
         Object("torch tube", tube(back, add(lens_center, scale(axis, 0.05)), 0.15), black),
         Object("torch back", disk(back, scale(axis, -1.0), 0.15), black),
         Object("lamp", disk(add(back, scale(axis, 0.01)), axis, radius),
-               lamp(6.0 / (pi * radius**2))),
+               lamp(80.0 / (pi * radius**2))),
     ])
 
 
@@ -110,7 +116,7 @@ def glass_sphere() -> Scene:
     return Scene("glass_sphere", Camera((0.4, 1.6, 2.9), (-0.1, 0.35, 0.0), 36.0), [
         Object("floor", FLOOR, WHITE),
         Object("ball", Sphere((0.0, 0.65, 0.0), 0.4), GLASS),
-    ], [PointLight("point", (0.9, 3.0, 0.6), (8.0, 8.0, 8.0))])
+    ], [PointLight("point", (0.9, 3.0, 0.6), (16.0, 16.0, 16.0))])
 
 
 def slab() -> Scene:
@@ -119,7 +125,7 @@ def slab() -> Scene:
         Object("floor", FLOOR, WHITE),
         Object("bar", box((-0.9, 0.001, -0.05), (0.9, 0.08, 0.05)), Diffuse("blue", (0.1, 0.2, 0.7))),
         Object("slab", box((-0.5, 0.3, -0.5), (0.5, 0.5, 0.5)), GLASS),
-        Object("lamp", rectangle((0.5, 2.2, -0.3), (0.3, 0.0, 0.0), (0.0, 0.0, 0.3)), lamp(8.0)),
+        Object("lamp", rectangle((0.5, 2.2, -0.3), (0.3, 0.0, 0.0), (0.0, 0.0, 0.3)), lamp(32.0)),
     ])
 
 
@@ -155,9 +161,9 @@ def rough_glass() -> Scene:
 def smooth_normals() -> Scene:
     """Shading normals far from the geometric ones: a coarse ball on a flat floor shaded as waves."""
     return Scene("smooth_normals", Camera((0.0, 1.6, 3.0), (0.0, 0.3, 0.0), 34.0), [
-        Object("floor", waved_grid(1.5, 10, 0.35), Diffuse("floor", (0.7, 0.6, 0.5))),
+        Object("floor", waved_grid(1.5, 10, 0.6), Diffuse("floor", (0.7, 0.6, 0.5))),
         Object("ball", icosphere((0.0, 0.56, 0.0), 0.55, 1), Diffuse("ball", (0.4, 0.6, 0.8))),
-        Object("lamp", rectangle((0.9, 2.0, 0.9), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4)), lamp(7.0)),
+        Object("lamp", rectangle((0.9, 2.0, 0.9), (0.4, 0.0, 0.0), (0.0, 0.0, 0.4)), lamp(20.0)),
     ])
 
 
@@ -165,16 +171,16 @@ def demo() -> Scene:
     """Ball, lens and tinted cube on a cream floor before a blue wall."""
     lens = Glass("lens glass", 1.62)
     tinted = Glass("amber glass", 1.5, attenuation=(0.75, 0.22, 0.03))
-    return Scene("demo", Camera((0.15, 1.15, 3.3), (0.05, 0.33, 0.0), 33.0), [
+    return Scene("demo", Camera((0.1, 1.6, 3.3), (0.05, 0.3, 0.0), 36.0), [
         Object("floor", rectangle((0.0, 0.0, 0.0), (0.0, 0.0, 2.2), (3.0, 0.0, 0.0)),
                Diffuse("cream", (0.80, 0.74, 0.64))),
         Object("wall", rectangle((0.0, 1.3, -1.5), (3.0, 0.0, 0.0), (0.0, 1.3, 0.0)),
                Diffuse("blue wall", (0.16, 0.27, 0.42))),
-        Object("ball", Sphere((-0.42, 0.46, -0.05), 0.42), GLASS),
-        Object("lens", hemisphere((0.45, 0.05, 0.45), normalize((-0.25, 1.0, 0.15)), 0.3), lens),
-        Object("cube", turned_box((0.62, 0.27, -0.5), (0.25, 0.25, 0.25), 28.0), tinted),
+        Object("ball", Sphere((-0.3, 0.5, -0.3), 0.42), GLASS),
+        Object("lens", hemisphere((0.5, 0.2, 0.35), normalize((0.35, 1.0, -0.45)), 0.3), lens),
+        Object("cube", turned_box((0.85, 0.27, -0.55), (0.25, 0.25, 0.25), 28.0), tinted),
         Object("clay ball", icosphere((-0.95, 0.2, -0.75), 0.2, 3), Diffuse("clay", (0.7, 0.25, 0.15))),
-        Object("lamp", square((1.3, 2.4, -0.9), normalize((-1.3, -2.2, 0.9)), 0.22), lamp(45.0)),
+        Object("lamp", square((0.9, 2.5, -1.1), normalize((-0.8, -2.4, 1.1)), 0.2), lamp(75.0)),
     ])
 
 
@@ -190,7 +196,7 @@ def scenes() -> list[Scene]:
         glass_sphere(), slab(),
         furnace("furnace"),
         furnace("furnace_dielectric", Object("ball", ball, GLASS)),
-        furnace("furnace_rough", Object("ball", ball, Glass("rough glass", 1.5, 0.2))),
+        furnace("furnace_rough", Object("ball", ball, Glass("rough glass", 1.5, 0.1))),
         furnace_environment(),
         rough_glass(), smooth_normals(), demo(),
     ]

@@ -88,6 +88,6 @@ impl SphereLight {
     }
 
     fn at(&self, sphere: &Sphere, n: Vec3) -> SurfacePoint {
-        SurfacePoint { shape: self.shape, ..sphere.at(n.as_dvec3()) }
+        SurfacePoint { shape: self.shape, ..sphere.at(n.as_dvec3().normalize()) }
     }
 }

@@ -8,6 +8,9 @@ pub mod compare;
 pub mod embree;
 pub mod obvhs;
 
+#[cfg(test)]
+mod tests;
+
 pub use compare::{Comparison, compare};
 
 use crate::geometry::{Ray, Shape};

@@ -1,5 +1,6 @@
 //! Running a render: settings, threads, progress, cancel, film.
 
+pub mod compare;
 pub mod film;
 pub mod image;
 pub mod job;

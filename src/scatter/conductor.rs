@@ -60,8 +60,9 @@ pub(super) struct RoughConductor {
 
 impl RoughConductor {
     #[inline]
-    pub(super) fn sample(&self, wo: Vec3, u: Vec2) -> Vec3 {
-        reflect(wo, self.ggx.sample(wo, u))
+    pub(super) fn sample(&self, wo: Vec3, u: Vec2) -> Option<Vec3> {
+        let wi = reflect(wo, self.ggx.sample(wo, u));
+        (wi.z > 0.0).then_some(wi)
     }
 
     #[inline]

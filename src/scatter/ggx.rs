@@ -76,8 +76,11 @@ impl Ggx {
     /// Terms for two directions above the surface; `None` if they have no half vector.
     #[inline]
     pub(super) fn reflection(&self, wo: Vec3, wi: Vec3) -> Option<Reflection> {
-        let h = (wo + wi).try_normalize()?;
-        let cos_h = wo.dot(h).clamp(0.0, 1.0);
+        let sum = wo + wi;
+        let h = sum.try_normalize()?;
+        // wo.h = wi.h, in the form that gives the same bits for both: the weights of a path compare
+        // densities that were evaluated from either side.
+        let cos_h = (0.5 * sum.length()).min(1.0);
         let (d, v_o, v_i) = (self.d(h), self.v(wo), self.v(wi));
         Some(Reflection { value: d * v_o * v_i, pdf: 0.5 * d * v_o, pdf_reverse: 0.5 * d * v_i, cos_h })
     }

@@ -60,7 +60,7 @@ impl Lobe {
     ) -> Option<LobeSample> {
         let wi = match self {
             Lobe::Lambert(_) | Lobe::CoatedLambert(_) => warp::cosine_hemisphere(u),
-            Lobe::RoughConductor(l) => l.sample(wo, u),
+            Lobe::RoughConductor(l) => l.sample(wo, u)?,
             Lobe::RoughDielectric(l) => l.sample(wo, front, u_branch, u)?,
             Lobe::RoughThin(l) => l.sample(wo, u_branch, u)?,
             Lobe::Mirror(l) => return Some(LobeSample::Delta(l.sample(wo))),

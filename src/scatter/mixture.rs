@@ -65,6 +65,11 @@ impl Mixture {
         self.iter().map(|e| &e.lobe)
     }
 
+    /// The lobe, if there is one only.
+    pub(super) fn only(&self) -> Option<&Lobe> {
+        self.lobes().next().filter(|_| self.count == 1)
+    }
+
     /// The entry for a uniform number, and the number's position within it.
     #[inline]
     fn choose(&self, u: f32) -> Option<(&Entry, f32)> {

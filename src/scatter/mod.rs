@@ -102,12 +102,9 @@ impl Bsdf {
                 metallic_roughness::compile(m)
             }
         };
-        let lambert = {
-            let mut lobes = mixture.lobes();
-            match (lobes.next(), lobes.next()) {
-                (Some(&Lobe::Lambert(l)), None) => Some(l),
-                _ => None,
-            }
+        let lambert = match mixture.only() {
+            Some(&Lobe::Lambert(l)) => Some(l),
+            _ => None,
         };
         let connectable = mixture.lobes().any(Lobe::connectable);
         let has_delta = !mixture.lobes().all(Lobe::connectable);

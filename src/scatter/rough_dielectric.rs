@@ -72,7 +72,8 @@ impl RoughDielectric {
         let t = 1.0 - reflectance(n_1, cos_1.min(1.0), n_2, cos_2.min(1.0));
         let (d, v_1, v_2) = (self.ggx.d(h), self.ggx.v(wo), self.ggx.v(wi));
         // d omega_h / d omega of a direction in the medium n: n^2 cos_h / |n_1 wo + n_2 wi|^2.
-        let common = t * d * cos_1 * cos_2 / sum.length_squared();
+        // The cosines' product first: the same bits from either side.
+        let common = t * d * (cos_1 * cos_2) / sum.length_squared();
         let n_scale = match mode {
             TransportMode::Radiance => n_1,
             TransportMode::Importance => n_2,

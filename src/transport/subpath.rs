@@ -32,6 +32,8 @@ pub struct EmitterHit {
     pub vertices: usize,
     /// The light vertex.
     pub light: LightVertex,
+    /// Direction in which the light leaves it along the path.
+    pub direction: Vec3,
     /// The macro-edge that leads to the light.
     pub edge: EdgeRecord,
     /// Closed at the light.
@@ -527,6 +529,7 @@ impl<'w> Tracer<'w> {
             segments: walk.segments,
             vertices,
             light,
+            direction: -walk.ray.direction,
             edge: record,
             partial,
         });

@@ -1,2 +1,37 @@
-//! The command line.
-fn main() {}
+//! The command line: the same calls a host makes, in the same order.
+//!
+//! Exit codes: 0 done, 1 failed, 2 wrong usage. Results that are asked for go to standard output,
+//! all else to standard error.
+
+mod args;
+mod backends;
+mod compare;
+mod console;
+mod info;
+mod progress;
+mod render;
+mod scene;
+mod units;
+
+use args::{Cli, Command};
+use clap::Parser;
+use std::process::ExitCode;
+
+/// Why a command could not do its work, in words that name the object and the value.
+type Failure = Box<dyn std::error::Error>;
+
+fn main() -> ExitCode {
+    let done = match Cli::parse().command {
+        Command::Render(args) => render::run(&args),
+        Command::Info(args) => info::run(&args),
+        Command::Compare(args) => compare::run(&args),
+        Command::Backends(args) => backends::run(&args),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            console::error(failure.as_ref());
+            ExitCode::FAILURE
+        }
+    }
+}

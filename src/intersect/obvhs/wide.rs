@@ -5,7 +5,7 @@ use crate::geometry::Ray;
 use crate::intersect::bounds::Bounds;
 use glam::{Vec3, Vec4};
 use obvhs::aabb::Aabb;
-use obvhs::bvh2::{Bvh2, leaf_collapser::collapse, reinsertion::ReinsertionOptimizer};
+use obvhs::bvh2::{Bvh2, reinsertion::ReinsertionOptimizer};
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use std::collections::TryReserveError;
 use std::ops::ControlFlow;
@@ -32,9 +32,6 @@ pub(super) struct Wide {
 /// out by more than this, in units of the farthest plane's distance. That keeps boxes and rays without
 /// extent in some direction from the edge of the comparison too.
 const MARGIN: f32 = 2.0 * f32::EPSILON;
-
-/// Primitives per leaf at most.
-const LEAF: u32 = 4;
 
 /// An inner node or leaf that waits, and where its box begins.
 #[derive(Clone, Copy)]
@@ -154,13 +151,14 @@ impl Node {
             hi[axis] = self.hi[axis] - origin[axis];
             reach = reach.max((-lo[axis]).max(hi[axis]));
         }
-        let margin = reach.abs() * MARGIN;
+        let margin = reach * MARGIN;
         let (mut enter, mut leave) = (Vec4::ZERO, Vec4::splat(t_max));
         for axis in 0..3 {
-            let a = (lo[axis] - margin) * inverse[axis];
-            let b = (hi[axis] + margin) * inverse[axis];
-            enter = enter.max(a.min(b));
-            leave = leave.min(a.max(b));
+            let (a, b) = (lo[axis] - margin, hi[axis] + margin);
+            // By the sign, not by min and max: an empty box must stay empty.
+            let (near, far) = if inverse[axis] < 0.0 { (b, a) } else { (a, b) };
+            enter = enter.max(near * inverse[axis]);
+            leave = leave.min(far * inverse[axis]);
         }
         let hit = enter.cmple(leave).bitmask();
         let mut met = [Entry { t: 0.0, first: 0, count: 0 }; 4];
@@ -194,7 +192,6 @@ fn binary(boxes: &[Bounds]) -> Result<Bvh2, TryReserveError> {
     );
     let mut optimizer = ReinsertionOptimizer::default();
     optimizer.run(&mut tree, 0.05, None);
-    collapse(&mut tree, LEAF, 1.0);
     Ok(tree)
 }
 

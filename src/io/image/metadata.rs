@@ -115,10 +115,14 @@ impl Metadata {
         std::iter::once(version).chain(own).map(|(key, value)| (format!("caustica:{key}"), value))
     }
 
-    /// All entries as text, one per line.
-    pub(super) fn description(&self) -> String {
+    /// All entries as text, one per line, cut after `limit` bytes at a whole character.
+    #[cfg_attr(not(feature = "oiio"), expect(dead_code))]
+    pub(super) fn description(&self, limit: usize) -> String {
         let lines: Vec<String> = self.entries().map(|(key, value)| format!("{key}: {value}")).collect();
-        lines.join("\n")
+        let mut text = lines.join("\n");
+        let end = (0..=limit.min(text.len())).rev().find(|&i| text.is_char_boundary(i)).unwrap_or(0);
+        text.truncate(end);
+        text
     }
 }
 
@@ -135,6 +139,8 @@ mod tests {
             entries,
             [("samples", &Value::Text("4294967295".into())), ("seed", &Value::Text("18446744073709551615".into()))]
         );
-        assert_eq!(metadata.description(), "samples: 4294967295\nseed: 18446744073709551615");
+        assert_eq!(metadata.description(99), "samples: 4294967295\nseed: 18446744073709551615");
+        metadata.set("samples", "ä");
+        assert_eq!(metadata.description(10), "samples: ");
     }
 }

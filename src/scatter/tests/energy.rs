@@ -1,44 +1,27 @@
 //! Energy: nothing is gained, and nothing is lost where nothing may be.
 
 use super::*;
-use crate::math::chi_square;
+use crate::math::chi_square::integrate_sphere;
 use crate::scatter::fresnel::schlick_weight;
 use std::f64::consts::PI;
 
-/// Integral over all directions of the local frame.
-pub(super) fn over_sphere(f: impl Fn(Vec3) -> f64) -> f64 {
-    let local = |z: f64, phi: f64| {
-        let r = (1.0 - z * z).max(0.0).sqrt();
-        f(Vec3::new((r * phi.cos()) as f32, (r * phi.sin()) as f32, z as f32))
-    };
-    let cell = [0.25, PI / 4.0];
-    (0..64)
-        .map(|k| {
-            chi_square::integrate(&local, [-1.0 + (k / 8) as f64 * 0.25, -PI + (k % 8) as f64 * PI / 4.0], cell, 2e-6)
-        })
-        .sum()
-}
-
-/// Share of the light from `wo` that leaves again, in importance mode (a white furnace seen from
-/// `wo`, but for the squared index): connectable lobes by quadrature, the others branch by branch.
-fn albedo(bsdf: &Bsdf, at: &SurfacePoint, wo: Vec3) -> Vec3 {
+/// Share of the light from `wo` that leaves again in one channel, in importance mode (a white furnace
+/// seen from `wo`, but for the squared index): connectable lobes by quadrature, the others branch by
+/// branch.
+fn albedo(bsdf: &Bsdf, at: &SurfacePoint, wo: Vec3, channel: usize) -> f32 {
     let frame = Frame::around(at.ns);
-    let mut sum = Vec3::ZERO;
-    for channel in 0..3 {
-        sum[channel] = over_sphere(|w| {
-            let wi = frame.to_world(w);
-            (bsdf.evaluate(at, wo, wi, TransportMode::Importance).f[channel] * w.z.abs()) as f64
-        }) as f32;
-    }
-    // Every delta branch has its own continuation; a fine comb of numbers meets all of them.
-    let mut seen: Vec<Vec3> = Vec::new();
+    let mut sum = integrate_sphere(|w| {
+        let e = bsdf.evaluate(at, wo, frame.to_world(w), TransportMode::Importance);
+        (e.f[channel] * w.z.abs()) as f64
+    }) as f32;
+    // A fine comb of numbers meets every delta branch; each has its own probability.
+    let mut seen: Vec<f32> = Vec::new();
     for k in 0..1000 {
         let s = bsdf.sample(at, wo, TransportMode::Importance, (k as f32 + 0.5) / 1000.0, Vec2::splat(0.3));
         let Some(s) = s.filter(|s| !s.connectable) else { continue };
-        let branch = Vec3::new(s.wi.dot(at.ns), s.weight.x, s.pdf);
-        if !seen.contains(&branch) {
-            seen.push(branch);
-            sum += s.weight * s.pdf;
+        if !seen.contains(&s.pdf) {
+            seen.push(s.pdf);
+            sum += s.weight[channel] * s.pdf;
         }
     }
     sum
@@ -67,10 +50,10 @@ fn nothing_is_gained() {
     for (name, scattering) in catalogue() {
         let bsdf = Bsdf::new(&white(scattering));
         for cos in COSINES {
-            let a = albedo(&bsdf, &at, direction(&at, cos, 0.4)).x;
+            let a = albedo(&bsdf, &at, direction(&at, cos, 0.4), 0);
             assert!(a < 1.0 + 2e-4, "{name} at {cos}: {a}");
-            // Single scattering loses what is masked, most at grazing angles on the roughest surfaces.
-            assert!(a > 0.35, "{name} at {cos}: {a}");
+            // Single scattering loses what is masked, most on the roughest surfaces.
+            assert!(a > 0.25, "{name} at {cos}: {a}");
         }
     }
 }
@@ -85,12 +68,24 @@ fn nothing_is_lost_without_masking() {
     let boundary = Bsdf::new(&glass(1.5, 0.15));
     for cos in [1.0, 0.7, 0.5, -0.4, -0.9] {
         let wo = direction(&at, cos, 2.0);
-        assert!((albedo(&lambert, &at, wo) - reflectance).length() < 1e-4);
+        for channel in 0..3 {
+            assert!((albedo(&lambert, &at, wo, channel) - reflectance[channel]).abs() < 1e-4);
+        }
         for bsdf in [&metal, &boundary] {
-            let a = albedo(bsdf, &at, wo).x;
+            let a = albedo(bsdf, &at, wo, 0);
             assert!((a - 1.0).abs() < 3e-3, "{cos}: {a}");
         }
     }
+}
+
+/// The roughest white metal seen along its normal: the visible normals follow the cosine, G1 = 2z/(1+z),
+/// and the integral is 1 - ln 2.
+#[test]
+fn the_roughest_metal_loses_what_is_masked() {
+    let at = flat();
+    let bsdf = Bsdf::new(&Scattering::Conductor { reflectance: Rgb::ONE, roughness: 1.0 });
+    let a = albedo(&bsdf, &at, at.ns, 0);
+    assert!((a - (1.0 - std::f32::consts::LN_2)).abs() < 1e-5, "{a}");
 }
 
 /// Microfacet normals project to the whole surface, and those visible from a direction to its cosine
@@ -99,12 +94,13 @@ fn nothing_is_lost_without_masking() {
 fn microfacets_cover_the_surface_once() {
     for roughness in [0.2, 0.5, 1.0] {
         let ggx = Ggx::new(roughness).unwrap();
-        let area = over_sphere(|h| if h.z > 0.0 { (ggx.d(h) * h.z) as f64 } else { 0.0 });
+        let area = integrate_sphere(|h| if h.z > 0.0 { (ggx.d(h) * h.z) as f64 } else { 0.0 });
         assert!((area - 1.0).abs() < 1e-4, "{roughness}: {area}");
         for cos in [1.0f32, 0.6, 0.1] {
             let wo = Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
-            let visible =
-                over_sphere(|h| if h.z > 0.0 { (2.0 * ggx.v(wo) * wo.dot(h).max(0.0) * ggx.d(h)) as f64 } else { 0.0 });
+            let visible = integrate_sphere(|h| {
+                if h.z > 0.0 { (2.0 * ggx.v(wo) * wo.dot(h).max(0.0) * ggx.d(h)) as f64 } else { 0.0 }
+            });
             assert!((visible - 1.0).abs() < 1e-4, "{roughness} {cos}: {visible}");
         }
     }
@@ -121,7 +117,7 @@ fn coated_diffuse_gains_nothing() {
                 let m = MetallicRoughness { base_color: Rgb::ONE, roughness, specular, ior, ..gltf() };
                 let bsdf = Bsdf::new(&Scattering::MetallicRoughness(m));
                 for cos in [1.0, 0.5, 0.2, 0.05, 0.01] {
-                    most = most.max(albedo(&bsdf, &at, direction(&at, cos, 0.4)).x);
+                    most = most.max(albedo(&bsdf, &at, direction(&at, cos, 0.4), 0));
                 }
             }
         }
@@ -136,7 +132,7 @@ fn scaling_at_the_half_vector_would_gain_energy() {
     let cos = 0.01f32;
     let wo = Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
     let fresnel = |c: f32| 0.04 + 0.96 * schlick_weight(c);
-    let base = over_sphere(|wi| {
+    let base = integrate_sphere(|wi| {
         if wi.z <= 0.0 {
             return 0.0;
         }

@@ -114,8 +114,9 @@ fn densities_integrate_to_the_connectable_share() {
     for (name, scattering) in catalogue() {
         let bsdf = Bsdf::new(&scattering);
         let wo = direction(&at, 0.6, 1.0);
-        let integral =
-            energy::over_sphere(|w| bsdf.evaluate(&at, wo, frame.to_world(w), TransportMode::Radiance).pdf as f64);
+        let integral = chi_square::integrate_sphere(|w| {
+            bsdf.evaluate(&at, wo, frame.to_world(w), TransportMode::Radiance).pdf as f64
+        });
         let mut r = random(4);
         let delta = (0..64)
             .filter_map(|k| bsdf.sample(&at, wo, TransportMode::Radiance, (k as f32 + 0.5) / 64.0, r.next_2d()))

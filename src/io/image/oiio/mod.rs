@@ -16,6 +16,11 @@ use crate::render::Image;
 use module::{CAttribute, CHeader, CPicture, Kind, Sample};
 use std::ffi::{CStr, CString, c_char, c_void};
 
+/// Bytes. A JPEG segment holds 64 KiB; its writer ends the process (OpenImageIO 2.4) when one is longer.
+const DESCRIPTION_LIMIT: usize = 8192;
+/// Pixels. The same end awaits a larger picture.
+const JPEG_LIMIT: u32 = 65_500;
+
 /// OpenImageIO's version, for example `2.4.7.1`.
 pub(super) fn version() -> Result<&'static str, Failure> {
     Ok(module::get()?.version)
@@ -23,6 +28,12 @@ pub(super) fn version() -> Result<&'static str, Failure> {
 
 /// The bytes of a file.
 pub(super) fn encode(format: Format, picture: &Picture, metadata: &Metadata) -> Result<Vec<u8>, Failure> {
+    if format == Format::Jpeg && picture.width.max(picture.height) > JPEG_LIMIT {
+        let (width, height) = (picture.width, picture.height);
+        return Err(Failure::Unsupported(format!(
+            "{width}x{height} is too large for JPEG, which ends at {JPEG_LIMIT}"
+        )));
+    }
     let module = module::get()?;
     let (sample, samples, size) = match &picture.samples {
         Samples::Bytes(s) => (Sample::Byte, s.as_ptr().cast::<c_void>(), size_of_val(s.as_slice())),
@@ -56,7 +67,7 @@ pub(super) fn encode(format: Format, picture: &Picture, metadata: &Metadata) -> 
 /// The image in the bytes of a file, linear.
 pub(super) fn decode(format: Format, file: &[u8]) -> Result<Image, Failure> {
     let module = module::get()?;
-    let name = c_string(&format!("memory.{}", format.name()))?;
+    let name = c_string(format.name())?;
     let mut decoded = Decoded { file: file.len(), ..Decoded::default() };
     let called = call(|message, capacity| {
         // SAFETY: `name`, `file` and `decoded` outlive the call; the length is the file's; `buffer`
@@ -165,8 +176,10 @@ impl Attribute {
         // EXR spells it so; the other formats know it under OpenImageIO's own name.
         let software = if format == Format::Exr { "software" } else { "Software" };
         let mut all = vec![text(software, SOFTWARE)?];
-        if format != Format::Exr {
-            all.push(text("ImageDescription", &metadata.description())?);
+        let description = metadata.description(DESCRIPTION_LIMIT);
+        // An empty one trips an assertion of OpenImageIO's IPTC writer, which ends the process.
+        if format != Format::Exr && !description.is_empty() {
+            all.push(text("ImageDescription", &description)?);
         }
         match format {
             Format::Exr => {

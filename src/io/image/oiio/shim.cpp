@@ -158,23 +158,27 @@ EXPORT int32_t caustica_oiio_encode(const char* format, const Picture* picture, 
     });
 }
 
-// Decodes a file that lies in memory. `name` gives the extension to try first. `buffer` is told the
-// header and returns room for width * height * channels floats, or null to stop.
-EXPORT int32_t caustica_oiio_decode(const char* name, const uint8_t* data, size_t size, Buffer buffer, void* context,
+// Decodes a file of `format` (OpenImageIO's name) that lies in memory. `buffer` is told the header and
+// returns room for width * height * channels floats, or null to stop.
+EXPORT int32_t caustica_oiio_decode(const char* format, const uint8_t* data, size_t size, Buffer buffer, void* context,
                                     char* message, size_t capacity) noexcept
 {
     return guarded(message, capacity, [&] {
-        if (!name || !data || !buffer)
+        if (!format || !data || !buffer)
             fail("null argument");
         OIIO::Filesystem::IOMemReader memory(data, size);
         OIIO::ImageSpec config;
         // Colour as stored: alpha is left out, so it must not be multiplied in.
         config.attribute("oiio:UnassociatedAlpha", 1);
-        auto in = OIIO::ImageInput::open(name, &config, &memory);
+        auto in = OIIO::ImageInput::create(format);
         if (!in)
             fail(OIIO::geterror());
-        const OIIO::ImageSpec spec = in->spec();
-        auto base                  = OIIO::TypeDesc::BASETYPE(spec.format.basetype);
+        if (!in->supports("ioproxy") || !in->set_ioproxy(&memory))
+            fail(std::string(format) + ": this OpenImageIO cannot read it from memory");
+        OIIO::ImageSpec spec;
+        if (!in->open(std::string("memory.") + format, spec, config))
+            fail(in->geterror());
+        auto base = OIIO::TypeDesc::BASETYPE(spec.format.basetype);
         Header header { spec.width, spec.height, spec.nchannels < 3 ? 1 : 3,
                         base != OIIO::TypeDesc::HALF && base != OIIO::TypeDesc::FLOAT && base != OIIO::TypeDesc::DOUBLE };
         if (header.width < 1 || header.height < 1 || spec.depth > 1 || spec.nchannels < 1)
@@ -182,7 +186,7 @@ EXPORT int32_t caustica_oiio_decode(const char* name, const uint8_t* data, size_
         float* room = buffer(context, &header);
         if (!room)
             fail("stopped by the caller");
-        if (!in->read_image(0, 0, 0, header.channels, OIIO::TypeDesc::FLOAT, room))
+        if (!in->read_image(0, 0, 0, header.channels, OIIO::TypeDesc::FLOAT, room) || in->has_error())
             fail(in->geterror());
         in->close();
     });

@@ -1,0 +1,35 @@
+# make demo     build, render scenes/demo.glb, print where the pictures are
+# make test     all tests
+# make bench    rays per second, and the share of a render spent inside Embree
+# make install  header, library, CLI, pkg-config and CMake files under PREFIX (and DESTDIR)
+# Each first installs what is missing: scripts/setup.sh.
+
+PREFIX  ?= /usr/local
+DESTDIR ?=
+VERSION := $(shell sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -n 1)
+TARGET  := $(or $(CARGO_TARGET_DIR),target)
+# A Rust that rustup put into the home directory is not always on the PATH.
+export PATH := $(HOME)/.cargo/bin:$(PATH)
+
+.PHONY: setup demo test bench install
+.DEFAULT_GOAL := demo
+
+setup:
+	@scripts/setup.sh
+
+demo: setup
+	cargo build --release --locked --bin caustica
+	@mkdir -p out
+	$(TARGET)/release/caustica render scenes/demo.glb -o out/demo.png -o out/demo.exr --size 640x480 --time 30
+	@echo "$(CURDIR)/out/demo.png"
+	@echo "$(CURDIR)/out/demo.exr"
+
+test: setup
+	cargo test --locked
+
+bench: setup
+	cargo bench --locked
+
+install: setup
+	cargo build --release --locked
+	PREFIX='$(PREFIX)' DESTDIR='$(DESTDIR)' VERSION='$(VERSION)' BUILT='$(TARGET)/release' scripts/install.sh

@@ -1,0 +1,167 @@
+//! `caustica info`.
+
+use crate::args::Info;
+use crate::{Failure, console, scene, units};
+use caustica::math::Rgb;
+use caustica::scene::CommitOptions;
+use caustica::scene::description::{Camera, Description, Geometry, LightKind, Material, Projection, Scattering};
+use glam::DVec3;
+use std::fmt::Write;
+
+pub(crate) fn run(args: &Info) -> Result<(), Failure> {
+    let loaded = scene::load(&args.scene)?;
+    let mut text = format!("{}\n", args.scene.display());
+    describe(&mut text, &loaded.description)?;
+    // What the file says is worth seeing even where the scene cannot be rendered.
+    let world = scene::commit(&args.scene, &loaded.description, CommitOptions::default());
+    let warnings = loaded.warnings.iter().chain(world.iter().flat_map(|world| &world.warnings));
+    let warnings: Vec<_> = warnings.collect();
+    list(&mut text, "warnings", warnings.len())?;
+    for warning in warnings {
+        writeln!(text, "    {warning}")?;
+    }
+    if let Ok(world) = &world {
+        writeln!(text, "  hash         {:016x}", world.hash())?;
+    }
+    console::print(&text)?;
+    world.map(drop)
+}
+
+/// Names are printed quoted and escaped: they come from the file.
+fn describe(out: &mut String, d: &Description) -> Result<(), Failure> {
+    let vertices: usize = d.meshes.iter().map(|mesh| mesh.positions.len()).sum();
+    let triangles: usize = d.meshes.iter().map(|mesh| mesh.triangles.len()).sum();
+    list(out, "meshes", d.meshes.len())?;
+    writeln!(out, "    {vertices} vertices, {triangles} triangles")?;
+
+    let (mut drawn, mut spheres) = (0, 0);
+    for instance in &d.instances {
+        match instance.geometry {
+            Geometry::Mesh(index) => drawn += d.meshes.get(index).map_or(0, |mesh| mesh.triangles.len()),
+            Geometry::Sphere { .. } => spheres += 1,
+        }
+    }
+    list(out, "instances", d.instances.len())?;
+    writeln!(out, "    {drawn} triangles, {}", units::count(spheres, "sphere", "spheres"))?;
+    if let Some((low, high)) = bounds(d) {
+        writeln!(out, "  bounds       {} to {} m", vector(low), vector(high))?;
+    }
+
+    list(out, "materials", d.materials.len())?;
+    for (i, material) in d.materials.iter().enumerate() {
+        writeln!(out, "    {i} {:?}: {}", material.name, surface(material))?;
+    }
+
+    let emitters = d.instances.iter().filter(|instance| emits(d, instance.material));
+    list(out, "emitters", emitters.clone().count())?;
+    for instance in emitters {
+        writeln!(out, "    {:?}: {} W/(m² sr)", instance.name, rgb(d.materials[instance.material].emission))?;
+    }
+    list(out, "lights", d.lights.len())?;
+    for (i, light) in d.lights.iter().enumerate() {
+        writeln!(out, "    {i} {:?}: {}", light.name, kind(&light.kind))?;
+    }
+    if d.environment != Rgb::ZERO {
+        writeln!(out, "  environment  {} W/(m² sr)", rgb(d.environment))?;
+    }
+
+    list(out, "cameras", d.cameras.len())?;
+    for (i, camera) in d.cameras.iter().enumerate() {
+        writeln!(out, "    {i} {:?}: {}", camera.name, view(camera))?;
+    }
+    Ok(())
+}
+
+fn list(out: &mut String, what: &str, n: usize) -> std::fmt::Result {
+    writeln!(out, "  {what:<12} {n}")
+}
+
+fn emits(d: &Description, material: usize) -> bool {
+    d.materials.get(material).is_some_and(|m| m.emission != Rgb::ZERO)
+}
+
+/// World-space corners of all instances, as far as their numbers are finite.
+fn bounds(d: &Description) -> Option<(DVec3, DVec3)> {
+    let mut corners: Option<(DVec3, DVec3)> = None;
+    let mut add = |low: DVec3, high: DVec3| {
+        if low.is_finite() && high.is_finite() {
+            let (a, b) = corners.unwrap_or((low, high));
+            corners = Some((a.min(low), b.max(high)));
+        }
+    };
+    for instance in &d.instances {
+        match instance.geometry {
+            Geometry::Mesh(index) => {
+                for p in d.meshes.get(index).map_or(&[][..], |mesh| &mesh.positions) {
+                    let p = instance.transform.transform_point3(DVec3::from(p.map(f64::from)));
+                    add(p, p);
+                }
+            }
+            Geometry::Sphere { radius } => {
+                let m = instance.transform;
+                let r = DVec3::splat(radius * m.matrix3.x_axis.length());
+                add(m.translation - r, m.translation + r);
+            }
+        }
+    }
+    corners
+}
+
+fn surface(material: &Material) -> String {
+    let glass = |name: &str, ior: f32, roughness: f32| match roughness {
+        0.0 => format!("smooth {name}, ior {ior}"),
+        r => format!("rough {name}, ior {ior}, roughness {r}"),
+    };
+    match material.scattering {
+        Scattering::Diffuse { reflectance } => format!("diffuse {}", rgb(reflectance)),
+        Scattering::Dielectric { inside, outside, roughness, .. } => {
+            let text = glass("dielectric", inside.ior, roughness);
+            let text = if outside.ior == 1.0 { text } else { format!("{text} in ior {}", outside.ior) };
+            if inside.absorption == Rgb::ZERO { text } else { text + ", absorbing" }
+        }
+        Scattering::ThinDielectric { ior, roughness, .. } => glass("thin dielectric", ior, roughness),
+        Scattering::Conductor { reflectance, roughness } => {
+            format!("conductor {}, roughness {roughness}", rgb(reflectance))
+        }
+        Scattering::MetallicRoughness(m) => format!(
+            "metallic-roughness, base colour {}, metallic {}, roughness {}, transmission {}",
+            rgb(m.base_color),
+            m.metallic,
+            m.roughness,
+            m.transmission
+        ),
+    }
+}
+
+fn kind(light: &LightKind) -> String {
+    match *light {
+        LightKind::Point { position, intensity } => format!("point at {}, {} W/sr", vector(position), rgb(intensity)),
+        LightKind::Spot { position, intensity, outer, .. } => {
+            let half = outer.to_degrees();
+            format!("spot at {}, half-angle {half:.1}°, {} W/sr", vector(position), rgb(intensity))
+        }
+        LightKind::Directional { direction, irradiance } => {
+            format!("directional along {}, {} W/m²", vector(direction), rgb(irradiance))
+        }
+    }
+}
+
+fn view(camera: &Camera) -> String {
+    let projection = match camera.projection {
+        Projection::Perspective { yfov } => format!("perspective, {:.1}° high", yfov.to_degrees()),
+        Projection::Orthographic { ymag } => format!("orthographic, {} m high", 2.0 * ymag),
+    };
+    let m = camera.transform;
+    let along = -m.matrix3.z_axis.normalize_or_zero();
+    format!("{projection}, at {}, looks along {}", vector(m.translation), vector(along))
+}
+
+fn vector(v: DVec3) -> String {
+    // Adding zero turns -0 into 0.
+    let [x, y, z] = v.to_array().map(|c| (c * 1e4).round() / 1e4 + 0.0);
+    format!("({x}, {y}, {z})")
+}
+
+fn rgb(c: Rgb) -> String {
+    format!("({}, {}, {})", c.x, c.y, c.z)
+}

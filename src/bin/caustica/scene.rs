@@ -1,0 +1,82 @@
+//! From a scene file to a committed world, with errors that name the file.
+
+use crate::Failure;
+use crate::console::Console;
+use caustica::io::gltf::{self, Loaded};
+use caustica::scene::description::{Camera, Description};
+use caustica::scene::{CommitOptions, World};
+use std::path::Path;
+
+/// Reads the file. Warnings are left to the caller.
+pub(crate) fn load(path: &Path) -> Result<Loaded, Failure> {
+    gltf::load(path).map_err(|error| at(path, &error))
+}
+
+/// Validates and builds. Warnings are left to the caller.
+pub(crate) fn commit(path: &Path, description: &Description, options: CommitOptions) -> Result<World, Failure> {
+    World::commit(description, options).map_err(|error| at(path, &error))
+}
+
+/// Both, with the warnings printed.
+pub(crate) fn open(path: &Path, options: CommitOptions, console: Console) -> Result<(Description, World), Failure> {
+    let loaded = load(path)?;
+    let world = commit(path, &loaded.description, options)?;
+    for warning in loaded.warnings.iter().chain(&world.warnings) {
+        console.warn(&format!("{}: {warning}", path.display()));
+    }
+    Ok((loaded.description, world))
+}
+
+/// The camera a user asked for: by its name, else by its index; the first if nothing was said.
+pub(crate) fn camera(cameras: &[Camera], wanted: Option<&str>) -> Result<usize, Failure> {
+    let Some(wanted) = wanted else {
+        return if cameras.is_empty() { Err("the scene has no camera".into()) } else { Ok(0) };
+    };
+    if let Some(index) = cameras.iter().position(|camera| camera.name == wanted) {
+        return Ok(index);
+    }
+    if let Some(index) = wanted.parse().ok().filter(|&index: &usize| index < cameras.len()) {
+        return Ok(index);
+    }
+    let known: Vec<String> = cameras.iter().enumerate().map(|(i, c)| format!("{i} {:?}", c.name)).collect();
+    let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
+    Err(format!("no camera {wanted:?}; the scene has {known}").into())
+}
+
+fn at(path: &Path, error: &dyn std::error::Error) -> Failure {
+    let name = path.display().to_string();
+    let text = crate::console::chain(error);
+    if text.contains(&name) { text.into() } else { format!("{name}: {text}").into() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use caustica::scene::description::Projection;
+
+    fn named(names: &[&str]) -> Vec<Camera> {
+        let camera = |name: &&str| Camera {
+            name: name.to_string(),
+            transform: glam::DAffine3::IDENTITY,
+            projection: Projection::Perspective { yfov: 1.0 },
+        };
+        names.iter().map(camera).collect()
+    }
+
+    #[test]
+    fn a_name_goes_before_an_index() {
+        let cameras = named(&["front", "0", "side"]);
+        assert_eq!(camera(&cameras, None).unwrap(), 0);
+        assert_eq!(camera(&cameras, Some("side")).unwrap(), 2);
+        assert_eq!(camera(&cameras, Some("0")).unwrap(), 1);
+        assert_eq!(camera(&cameras, Some("2")).unwrap(), 2);
+    }
+
+    #[test]
+    fn an_unknown_camera_is_named_with_those_there_are() {
+        let error = camera(&named(&["front"]), Some("back")).unwrap_err().to_string();
+        assert!(error.contains("\"back\"") && error.contains("0 \"front\""), "{error}");
+        assert!(camera(&named(&["front"]), Some("1")).is_err());
+        assert!(camera(&[], None).is_err());
+    }
+}

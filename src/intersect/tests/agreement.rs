@@ -1,0 +1,42 @@
+//! Embree and obvhs give the same hits but where rounding decides.
+#![cfg(feature = "embree")]
+
+use super::*;
+use crate::geometry::Sphere;
+use crate::intersect::{Comparison, compare};
+
+const RAYS: u32 = 200_000;
+
+fn both(shapes: &[Shape], scale: f32, offset: Vec3) -> Comparison {
+    let mut random = Random::new(32);
+    let rays: Vec<Ray> = (0..RAYS)
+        .map(|i| {
+            let origin = random.cube() * [0.9, 3.0, 100.0][i as usize % 3];
+            let aim = if i % 2 == 0 { random.cube() } else { origin + random.direction() };
+            Ray {
+                origin: origin * scale + offset,
+                direction: (aim - origin) * scale * random.magnitude(-2.0, 2.0),
+                t_max: if i % 5 == 0 { random.unit() } else { f32::INFINITY },
+            }
+        })
+        .collect();
+    let embree = build(Backend::Embree, shapes, 1).unwrap();
+    let obvhs = build(Backend::Obvhs, shapes, 1).unwrap();
+    compare(embree.as_ref(), obvhs.as_ref(), shapes, &rays)
+}
+
+#[test]
+fn soups_differ_only_within_roundings_of_an_edge() {
+    for (scale, offset) in [(1.0, 0.0), (1e-4, 0.0), (1e4, 0.0), (1.0, 1e4)] {
+        let offset = Vec3::new(1.0, 1.0, -1.0) * offset;
+        let mut random = Random::new(31);
+        let mesh = soup(&mut random, 5000, 0.1, scale, offset);
+        let mut shapes = vec![Shape::Mesh(mesh)];
+        for _ in 0..50 {
+            let center = random.cube() * scale + offset;
+            shapes.push(Shape::Sphere(Sphere { center, radius: random.between(0.01, 0.05) * scale }));
+        }
+        let c = both(&shapes, scale, offset);
+        eprintln!("scale {scale}, offset {offset}\n{c}");
+    }
+}

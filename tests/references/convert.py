@@ -1,0 +1,133 @@
+"""A scene of scenes/catalogue.py as a Mitsuba 3 scene. Call `mi.set_variant` before importing."""
+
+import pathlib
+import sys
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scenes"))
+
+from model import Diffuse, Sphere  # noqa: E402
+import glb  # noqa: E402
+
+
+class SideChecked(mi.BSDF):
+    """Mitsuba's nested BSDF, but zero where the geometric and the shading side of a direction differ.
+
+    Caustica's rule (and Veach's, 1997, section 5.3); Mitsuba's own BSDFs know the shading side only.
+    """
+
+    def __init__(self, props):
+        mi.BSDF.__init__(self, props)
+        self.nested = next(props[name] for name in props.unqueried()
+                           if isinstance(props[name], mi.BSDF))
+        self.m_components = [self.nested.flags(i) for i in range(self.nested.component_count())]
+        self.m_flags = self.nested.flags()
+
+    def agrees(self, si, local):
+        return dr.dot(si.n, si.to_world(local)) * mi.Frame3f.cos_theta(local) > 0
+
+    def sample(self, ctx, si, sample1, sample2, active=True):
+        bs, weight = self.nested.sample(ctx, si, sample1, sample2, active)
+        ok = self.agrees(si, si.wi) & self.agrees(si, bs.wo)
+        return bs, weight & ok
+
+    def eval(self, ctx, si, wo, active=True):
+        ok = self.agrees(si, si.wi) & self.agrees(si, wo)
+        return self.nested.eval(ctx, si, wo, active) & ok
+
+    def pdf(self, ctx, si, wo, active=True):
+        return self.nested.pdf(ctx, si, wo, active)
+
+    def eval_pdf(self, ctx, si, wo, active=True):
+        ok = self.agrees(si, si.wi) & self.agrees(si, wo)
+        value, pdf = self.nested.eval_pdf(ctx, si, wo, active)
+        return value & ok, pdf
+
+    def traverse(self, cb):
+        cb.put("nested", self.nested, mi.ParamFlags.Differentiable)
+
+    def to_string(self):
+        return "SideChecked[]"
+
+
+mi.register_bsdf("sidechecked", lambda props: SideChecked(props))
+
+
+def rgb(value):
+    return {"type": "rgb", "value": list(value)}
+
+
+def bsdf(material, smooth, side_check):
+    if isinstance(material, Diffuse):
+        out = {"type": "twosided",
+               "nested": {"type": "diffuse", "reflectance": rgb(material.reflectance)}}
+        if smooth and side_check:
+            # The side check lets no light through, so the back is never lit in closed meshes.
+            out = out["nested"]
+    elif material.roughness > 0:
+        out = {"type": "roughdielectric", "distribution": "ggx", "alpha": material.roughness**2,
+               "int_ior": material.ior, "ext_ior": 1.0, "sample_visible": True}
+    else:
+        out = {"type": "dielectric", "int_ior": material.ior, "ext_ior": 1.0}
+    if smooth and side_check:
+        out = {"type": "sidechecked", "nested": out}
+    return out
+
+
+def mesh(name, shape, props):
+    smooth = bool(shape.normals)
+    out = mi.Mesh(name, len(shape.positions), len(shape.triangles), has_vertex_normals=smooth,
+                  props=props)
+    params = mi.traverse(out)
+
+    def flat(rows):
+        return np.array([[glb.rounded(x) for x in row] for row in rows], np.float32).ravel()
+
+    params["vertex_positions"] = flat(shape.positions)
+    params["faces"] = np.array(shape.triangles, np.uint32).ravel()
+    if smooth:
+        params["vertex_normals"] = flat(shape.normals)
+    params.update()
+    return out
+
+
+def convert(scene, size, integrator, side_check=True, replace=None):
+    """`replace` maps a material to another, or keeps it."""
+    out = {"type": "scene", "integrator": integrator}
+    for thing in scene.objects:
+        shape, material = thing.shape, thing.material
+        material = replace(material) if replace else material
+        smooth = not isinstance(shape, Sphere) and bool(shape.normals)
+        children = {"bsdf": bsdf(material, smooth, side_check)}
+        emission = getattr(material, "emission", (0.0,))
+        if any(emission):
+            children["emitter"] = {"type": "area", "radiance": rgb(emission)}
+        key = thing.name.replace(" ", "_")
+        if isinstance(shape, Sphere):
+            out[key] = {"type": "sphere", "center": list(shape.center), "radius": shape.radius,
+                        **children}
+        else:
+            props = mi.Properties()
+            for child, value in children.items():
+                props[child] = mi.load_dict(value)
+            if not smooth:
+                props["face_normals"] = True
+            out[key] = mesh(key, shape, props)
+    for light in scene.lights:
+        out[light.name] = {"type": "point", "position": list(light.position),
+                           "intensity": rgb(light.intensity)}
+    if any(scene.environment):
+        out["environment"] = {"type": "constant", "radiance": rgb(scene.environment)}
+    camera = scene.camera
+    out["sensor"] = {
+        "type": "perspective", "fov": camera.yfov, "fov_axis": "y", "near_clip": 0.001,
+        "to_world": mi.ScalarTransform4f().look_at(list(camera.origin), list(camera.target),
+                                                   list(camera.up)),
+        "film": {"type": "hdrfilm", "width": size, "height": size, "rfilter": {"type": "box"},
+                 "pixel_format": "rgb", "component_format": "float32"},
+        "sampler": {"type": "independent"},
+    }
+    return mi.load_dict(out)
