@@ -32,7 +32,8 @@ impl Folder {
     }
 
     fn files(&self) -> Vec<PathBuf> {
-        let mut files: Vec<_> = fs::read_dir(self.0.path()).expect("a folder").map(|e| e.expect("an entry").path()).collect();
+        let mut files: Vec<_> =
+            fs::read_dir(self.0.path()).expect("a folder").map(|e| e.expect("an entry").path()).collect();
         files.sort();
         files
     }
@@ -208,7 +209,8 @@ fn each_technique_becomes_two_images() {
 fn info_counts_what_is_in_the_scene() {
     let (out, err) = expect(0, &["info", SCENE]);
     assert_eq!(err, "");
-    for what in ["meshes", "instances", "triangles", "bounds", "materials", "emitters", "lights", "cameras", "warnings"] {
+    for what in ["meshes", "instances", "triangles", "bounds", "materials", "emitters", "lights", "cameras", "warnings"]
+    {
         assert!(out.contains(what), "{what} is not in\n{out}");
     }
 }

@@ -44,7 +44,11 @@ impl FullPath<'_> {
         };
         // The edge that the technique joined, if any, has no chain.
         match c.hit {
-            Some(hit) => edges.push((hit.edge, hit.edge.departure, if hit.edge.chain > 0 { hit.direction } else { -hit.edge.departure })),
+            Some(hit) => edges.push((
+                hit.edge,
+                hit.edge.departure,
+                if hit.edge.chain > 0 { hit.direction } else { -hit.edge.departure },
+            )),
             None => {
                 let i = c.camera.len();
                 let to = if i < vertices.len() { point(i) } else { light_point };

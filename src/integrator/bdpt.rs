@@ -3,7 +3,7 @@
 
 use super::{Contribution, Observer, Sample, Splat};
 use crate::camera::Camera;
-use crate::math::{Rgb, Sampler, Stream};
+use crate::math::{Rgb, Sampler, Stream, pixel_position};
 use crate::scene::world::MediumId;
 use crate::transport::Tracer;
 use glam::Vec2;
@@ -24,8 +24,9 @@ pub struct View {
 impl View {
     /// Raster position of a sample: uniform in its pixel.
     #[inline]
-    pub fn raster(&self, pixel: u32, u: Vec2) -> Vec2 {
-        Vec2::new((pixel % self.width) as f32, (pixel / self.width) as f32) + u
+    pub fn raster(&self, seed: u64, pixel: u32, sample: u32) -> Vec2 {
+        let corner = Vec2::new((pixel % self.width) as f32, (pixel / self.width) as f32);
+        corner + pixel_position(seed, pixel, sample)
     }
 
     /// The pixel that a raster position falls on.
@@ -49,7 +50,7 @@ pub fn sample<O: Observer>(
 ) {
     let stream = |kind| Sampler::new(seed, pixel, index, kind);
     let mut camera_numbers = stream(Stream::Camera);
-    let raster = view.raster(pixel, camera_numbers.next_2d());
+    let raster = view.raster(seed, pixel, index);
     tracer.trace_camera(&view.camera, view.medium, raster, &mut camera_numbers);
     tracer.trace_light(&mut stream(Stream::Light));
     let mut connect_numbers = stream(Stream::Connect);

@@ -18,7 +18,7 @@ const ROULETTE_FREE_EVENTS: u32 = 3;
 pub fn sample(tracer: &mut Tracer, view: &View, seed: u64, pixel: u32, index: u32, out: &mut Sample) {
     let mut numbers = Sampler::new(seed, pixel, index, Stream::Camera);
     let mut connect_numbers = Sampler::new(seed, pixel, index, Stream::Connect);
-    let raster = view.raster(pixel, numbers.next_2d());
+    let raster = view.raster(seed, pixel, index);
     let (origin, direction) = view.camera.generate(raster);
     let world = tracer.world;
     let mut ray = Ray { origin, direction, t_max: f32::INFINITY };

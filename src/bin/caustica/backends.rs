@@ -53,7 +53,8 @@ pub(crate) fn run(args: &Backends) -> Result<(), Failure> {
     };
     let [a, b] = [render(&embree, &settings)?, render(&obvhs, &settings)?];
     let (width, height) = args.size;
-    let mut text = format!("\nimages, {width}x{height}, {} per pixel\n", units::count(args.spp as usize, "sample", "samples"));
+    let mut text =
+        format!("\nimages, {width}x{height}, {} per pixel\n", units::count(args.spp as usize, "sample", "samples"));
     for output in [&a, &b] {
         let s = &output.statistics;
         let rate = spaced(units::si(s.rays() as f64 / s.render_seconds.max(1e-9)));

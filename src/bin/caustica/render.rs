@@ -25,7 +25,8 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         image::check_writable(path, &options(args))?;
     }
 
-    let commit = CommitOptions { backend: args.backend.map_or_else(Default::default, Into::into), threads: args.threads };
+    let commit =
+        CommitOptions { backend: args.backend.map_or_else(Default::default, Into::into), threads: args.threads };
     let (description, world) = scene::open(&args.scene, commit, console)?;
     let settings = Settings {
         integrator,
