@@ -91,7 +91,7 @@ fn rays_never_find_the_triangle_they_leave() {
 fn segments_between_triangles_are_not_blocked_by_their_ends() {
     let mut random = Random::new(12);
     let (mut tested, mut blocked) = (0, Vec::new());
-    for (size, offset, mesh) in scenes(200) {
+    for (size, _, mesh) in scenes(200) {
         let count = mesh.triangles.len() as u32;
         let shapes = [Shape::Mesh(mesh)];
         let Shape::Mesh(mesh) = &shapes[0] else { unreachable!() };
