@@ -8,6 +8,7 @@ pub mod integrator;
 pub mod intersect;
 pub mod io;
 pub mod math;
+pub mod pool;
 pub mod render;
 pub mod scatter;
 pub mod scene;

@@ -2,10 +2,10 @@
 
 use super::Image;
 use super::passes::{Passes, Tile};
-use super::pool;
 use crate::camera::Camera;
 use crate::integrator::bdpt::{self, View};
 use crate::integrator::{Contribution, Observer, Sample, path};
+use crate::pool;
 use crate::scene::World;
 use crate::transport::Tracer;
 use glam::Vec2;
