@@ -60,7 +60,7 @@ fn fastest<const N: usize>(mut work: [&mut dyn FnMut(); N]) -> [f64; N] {
     let mut best = [f64::INFINITY; N];
     for _ in 0..REPETITIONS {
         for (w, b) in work.iter_mut().zip(&mut best) {
-            *b = b.min(seconds(|| w()));
+            *b = b.min(seconds(w));
         }
     }
     best
@@ -126,8 +126,12 @@ fn measure(name: &str) {
     {
         let embree = caustica::intersect::embree::Embree::build(&plain.shapes, 1).expect("Embree");
         let [raw_c, raw_o, again_c, again_o] = fastest([
-            &mut || drop(black_box(embree.bench_raw_closest(&closest))),
-            &mut || drop(black_box(embree.bench_raw_occluded(&occluded))),
+            &mut || {
+                black_box(embree.bench_raw_closest(&closest));
+            },
+            &mut || {
+                black_box(embree.bench_raw_occluded(&occluded));
+            },
             &mut || count_closest(through_trait, &closest),
             &mut || count_occluded(through_trait, &occluded),
         ]);
@@ -136,7 +140,11 @@ fn measure(name: &str) {
         row("visibility, bare Embree calls", o, raw_o);
         row("visibility, through the trait", o, again_o);
         let cost = |ours: f64, raw: f64| (ours / raw - 1.0) * 100.0;
-        println!("  cost of the trait: nearest {:.1} %, visibility {:.1} %", cost(again_c, raw_c), cost(again_o, raw_o));
+        println!(
+            "  cost of the trait: nearest {:.1} %, visibility {:.1} %",
+            cost(again_c, raw_c),
+            cost(again_o, raw_o)
+        );
         println!("  share of BDPT inside Embree: {:.1} %", (raw_c + raw_o) / bdpt * 100.0);
     }
     #[cfg(not(feature = "embree"))]
