@@ -140,6 +140,6 @@ pub fn build(backend: Backend, shapes: &[Shape], threads: usize) -> Result<Box<d
         Backend::Embree => Ok(Box::new(embree::Embree::build(shapes, threads)?)),
         #[cfg(not(feature = "embree"))]
         Backend::Embree => Err(BackendError::Missing("embree")),
-        Backend::Obvhs => Ok(Box::new(obvhs::Obvhs::build(shapes)?)),
+        Backend::Obvhs => Ok(Box::new(obvhs::Obvhs::build(shapes, threads)?)),
     }
 }

@@ -63,7 +63,7 @@ def cross(names) -> None:
     """z-scores of the light tracer's image means and pixels against the stored reference."""
     for name in names:
         depth, spp, runs = REFERENCES[name]
-        image, error, mean, mean_error = render(name, "ptracer", depth, spp // 4, runs)
+        image, error, mean, mean_error = render(name, "ptracer", depth, spp, runs)
         stored = json.loads((HERE / "references.json").read_text())[name]
         reference = np.array(mi.Bitmap(str(HERE / f"{name}.exr")), np.float64)
         sigma = np.hypot(error, np.array(mi.Bitmap(str(HERE / f"{name}_stderr.exr")), np.float64))
