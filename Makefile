@@ -28,7 +28,7 @@ test: setup
 	cargo test --locked
 
 bench: setup
-	cargo bench --locked
+	cargo bench --locked --bench rays
 
 install: setup
 	cargo build --release --locked

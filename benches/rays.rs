@@ -60,7 +60,7 @@ fn fastest<const N: usize>(mut work: [&mut dyn FnMut(); N]) -> [f64; N] {
     let mut best = [f64::INFINITY; N];
     for _ in 0..REPETITIONS {
         for (w, b) in work.iter_mut().zip(&mut best) {
-            *b = b.min(seconds(|| w()));
+            *b = b.min(seconds(w));
         }
     }
     best

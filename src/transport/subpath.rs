@@ -332,10 +332,10 @@ impl<'w> Tracer<'w> {
             if !(end.cos > 0.0) {
                 return;
             }
-            if walk.mode == TransportMode::Radiance {
-                if let Some(light) = world.lights.of_shape(hit.shape) {
-                    self.hit_light(&walk, &edge, &end, light, &at, wo);
-                }
+            if walk.mode == TransportMode::Radiance
+                && let Some(light) = world.lights.of_shape(hit.shape)
+            {
+                self.hit_light(&walk, &edge, &end, light, &at, wo);
             }
             let bsdf = world.bsdf(hit.shape);
             if bsdf.connectable() {
