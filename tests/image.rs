@@ -44,13 +44,6 @@ fn as_half(image: &Image) -> Image {
     Image { pixels: image.pixels.iter().map(|p| p.map(round)).collect(), ..*image }
 }
 
-/// Largest difference of a channel, relative to the largest channel of the pixel.
-fn relative_difference(a: &Image, b: &Image) -> f32 {
-    assert_eq!((a.width, a.height, a.pixels.len()), (b.width, b.height, b.pixels.len()));
-    let pairs = a.pixels.iter().zip(&b.pixels);
-    pairs.map(|(a, b)| (*a - *b).abs().max_element() / b.max_element()).fold(0.0, f32::max)
-}
-
 /// Runs this test binary again for one test alone, through a shell that first runs `prepare`; the
 /// child finds `directory` in its environment.
 fn child(test: &str, prepare: &str, directory: &Path) -> Output {
@@ -311,6 +304,13 @@ mod openimageio {
     use exr::meta::MetaData;
 
     const BY_OIIO: WriteOptions = WriteOptions { image_io: ImageIo::Oiio, ..HALF };
+
+    /// Largest difference of a channel, relative to the largest channel of the pixel.
+    fn relative_difference(a: &Image, b: &Image) -> f32 {
+        assert_eq!((a.width, a.height, a.pixels.len()), (b.width, b.height, b.pixels.len()));
+        let pairs = a.pixels.iter().zip(&b.pixels);
+        pairs.map(|(a, b)| (*a - *b).abs().max_element() / b.max_element()).fold(0.0, f32::max)
+    }
 
     /// What oiiotool prints.
     fn oiiotool(arguments: &[&str], file: &Path, rest: &[&str]) -> (bool, String) {

@@ -36,7 +36,9 @@ impl Ray {
     #[inline]
     pub fn between(from: &SurfacePoint, to: &SurfacePoint) -> Ray {
         let d = to.p - from.p;
-        let (origin, end) = (from.offset(d), to.offset_from(-d));
+        let end = to.offset_from(-d);
+        // By the side of the moved end: where `d` grazes the surface it may be the other one.
+        let origin = from.offset(end - from.p);
         Ray { origin, direction: end - origin, t_max: 1.0 }
     }
 

@@ -27,9 +27,13 @@ pub struct Comparison {
     /// The same, in units of `f32::EPSILON` times the distance of the farthest vertex from the origin
     /// of the ray: what one rounding of a vertex relative to the origin may move it.
     pub max_edge_roundings: f64,
-    /// Over rays that hit the same primitive: largest difference of `t`, relative to `t`, times the cosine
-    /// at the surface (at grazing incidence the rounding of a plane moves `t` by its inverse).
+    /// Over rays that hit the same primitive: largest difference of `t`, relative to `t`. It grows without
+    /// bound for rays that start close to a surface or graze it; the next number does not.
     pub max_t_error: f64,
+    /// Over the same rays: the distance along the normal between both hits, in units of the error that
+    /// the surface claims for a ray of that length ([`crate::geometry::SurfacePoint::offset`]). Above 1,
+    /// offsets are too small.
+    pub max_claimed_error: f64,
     /// The rays that differ most, by `edge_roundings`, at most [`EXAMPLES`].
     pub worst: Vec<Difference>,
 }
@@ -65,7 +69,8 @@ pub fn compare(a: &dyn Intersector, b: &dyn Intersector, shapes: &[Shape], rays:
         let disputed = match (ha, hb) {
             (None, None) => None,
             (Some(x), Some(y)) if (x.shape, x.primitive) == (y.shape, y.primitive) => {
-                c.max_t_error = c.max_t_error.max(gap(&x, &y) * cosine(&shapes[x.shape as usize], ray, &x));
+                c.max_t_error = c.max_t_error.max(gap(&x, &y));
+                c.max_claimed_error = c.max_claimed_error.max(claimed(&shapes[x.shape as usize], ray, &x, &y));
                 None
             }
             (Some(x), Some(y)) if gap(&x, &y) <= SAME_DISTANCE => {
@@ -124,7 +129,11 @@ impl fmt::Display for Comparison {
             "  these rays pass an edge within {:.2e} of the triangle's size, {:.2} roundings",
             self.max_edge_distance, self.max_edge_roundings
         )?;
-        write!(f, "  largest difference of t, elsewhere: {:.2e} of t (times the cosine)", self.max_t_error)
+        write!(
+            f,
+            "  elsewhere t differs by up to {:.2e} of t, {:.2} of the error allowed for in offsets",
+            self.max_t_error, self.max_claimed_error
+        )
     }
 }
 
@@ -134,9 +143,11 @@ fn gap(x: &Hit, y: &Hit) -> f64 {
     if x == y { 0.0 } else { (x - y).abs() / x.max(y) }
 }
 
-fn cosine(shape: &Shape, ray: &Ray, hit: &Hit) -> f64 {
-    let n = shape.surface(ray, hit).ng.as_dvec3();
-    n.dot(ray.direction.as_dvec3().normalize_or_zero()).abs()
+fn claimed(shape: &Shape, ray: &Ray, x: &Hit, y: &Hit) -> f64 {
+    let point = shape.surface(ray, x);
+    let along = (x.t as f64 - y.t as f64).abs() * point.ng.as_dvec3().dot(ray.direction.as_dvec3()).abs();
+    let length = x.t as f64 * ray.direction.as_dvec3().length();
+    along / (point.offset as f64 + point.offset_per_length as f64 * length)
 }
 
 /// How far the line of a ray passes from the outline of a primitive as seen along the ray: in units of
@@ -204,6 +215,9 @@ mod tests {
         let same = of(hit(2.0, 0), hit(2.002, 0));
         assert_eq!((same.same, same.different(), same.occluded_differs), (1, 0, 1));
         assert!((same.max_t_error - 0.001).abs() < 1e-5);
+        let claim = shapes[0].surface(&ray, &hit(2.0, 0).unwrap());
+        let claim = (claim.offset + 2.0 * claim.offset_per_length) as f64;
+        assert!((same.max_claimed_error * claim - 0.002).abs() < 1e-6);
         assert_eq!(of(hit(2.0, 0), hit(2.0, 1)).tied, 1);
         assert_eq!(of(None, None).same, 1);
 

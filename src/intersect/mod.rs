@@ -98,7 +98,7 @@ fn check(shapes: &[Shape]) -> Result<usize, BackendError> {
         Shape::Sphere(_) => 1,
     };
     check_count(shapes.iter().map(count))?;
-    let bad = |p: &glam::Vec3| !(p.abs().max_element() <= MAX_COORDINATE);
+    let bad = |p: &glam::Vec3| !p.abs().cmple(glam::Vec3::splat(MAX_COORDINATE)).all();
     let mut primitives = 0;
     for (i, shape) in shapes.iter().enumerate() {
         match shape {
@@ -139,6 +139,6 @@ pub fn build(backend: Backend, shapes: &[Shape], threads: usize) -> Result<Box<d
         Backend::Embree => Ok(Box::new(embree::Embree::build(shapes, threads)?)),
         #[cfg(not(feature = "embree"))]
         Backend::Embree => Err(BackendError::Missing("embree")),
-        Backend::Obvhs => Ok(Box::new(obvhs::Obvhs::build(shapes)?)),
+        Backend::Obvhs => Ok(Box::new(obvhs::Obvhs::build(shapes, threads)?)),
     }
 }

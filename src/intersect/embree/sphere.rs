@@ -1,5 +1,5 @@
-//! Spheres as Embree user geometry. Embree's own sphere test works in f32, see
-//! `docs/decisions` and the measurements named in `tests`; ours is that of every backend.
+//! Spheres as Embree user geometry with the sphere test of all backends, in f64. Embree's own sphere
+//! points were tried: no faster, and `t` off by up to 1.6e-5 of its value where this is off by 2e-7.
 
 use super::device::{Device, Scene};
 use super::ffi;

@@ -116,7 +116,6 @@ impl Metadata {
     }
 
     /// All entries as text, one per line, cut after `limit` bytes at a whole character.
-    #[cfg_attr(not(feature = "oiio"), expect(dead_code))]
     pub(super) fn description(&self, limit: usize) -> String {
         let lines: Vec<String> = self.entries().map(|(key, value)| format!("{key}: {value}")).collect();
         let mut text = lines.join("\n");

@@ -12,6 +12,9 @@
 //! Samples are converted here, so that no library's colour management has a say. A file is encoded
 //! in memory, written beside its final name and renamed: the final name never holds half a file.
 
+// Without OpenImageIO nobody asks for what serves it alone.
+#![cfg_attr(not(feature = "oiio"), allow(dead_code))]
+
 mod error;
 mod metadata;
 #[cfg_attr(not(feature = "oiio"), path = "oiio_absent.rs")]

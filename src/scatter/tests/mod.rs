@@ -73,7 +73,7 @@ fn catalogue() -> Vec<(&'static str, Scattering)> {
 /// A point whose shading normal is on no axis.
 fn flat() -> SurfacePoint {
     let ns = Vec3::new(0.3, -0.5, 0.6).normalize();
-    SurfacePoint { p: Vec3::ZERO, ng: ns, ns, offset: 0.0, shape: 0, primitive: 0 }
+    SurfacePoint { p: Vec3::ZERO, ng: ns, ns, offset: 0.0, offset_per_length: 0.0, shape: 0, primitive: 0 }
 }
 
 /// A point whose normals differ by `angle`.
