@@ -206,10 +206,6 @@ impl Mesh {
     pub fn local(&self, triangle: u32, origin: DVec3) -> Facet {
         let corners = self.triangles[triangle as usize];
         let normals = (!self.normals.is_empty()).then(|| corners.map(|i| self.normals[i as usize].as_dvec3()));
-        Facet {
-            corners: corners.map(|i| self.positions[i as usize].as_dvec3() - origin),
-            normals,
-            primitive: triangle,
-        }
+        Facet { corners: corners.map(|i| self.positions[i as usize].as_dvec3() - origin), normals, primitive: triangle }
     }
 }

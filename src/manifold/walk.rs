@@ -135,9 +135,9 @@ struct Path {
 }
 
 impl Path {
-    /// The straight segment.
+    /// The seed's vertices in a row.
     #[inline]
-    fn straight(seed: &Seed, end: End) -> Path {
+    fn through(seed: &Seed, end: End) -> Path {
         let len = seed.vertices().len();
         let mut path = Path {
             len,
@@ -146,14 +146,11 @@ impl Path {
             lengths: [0.0; MAX_CHAIN + 1],
         };
         path.vertices[..len].copy_from_slice(seed.vertices());
-        let d = match end {
-            End::Point(b) => b.normalize_or_zero(),
-            End::Direction(d) => d,
-        };
         let mut from = DVec3::ZERO;
         for (i, vertex) in seed.vertices().iter().enumerate() {
-            path.directions[i] = d;
-            path.lengths[i] = vertex.p.distance(from);
+            let step = vertex.p - from;
+            path.lengths[i] = step.length();
+            path.directions[i] = step / path.lengths[i];
             from = vertex.p;
         }
         path.close(end);
@@ -285,7 +282,7 @@ pub fn walk(
     if crossings.is_empty() {
         return Err(Rejected { reason: Rejection::Empty, iterations: 0 });
     }
-    let mut path = Path::straight(seed, end);
+    let mut path = Path::through(seed, end);
     let mut proposal = path;
     let mut iterations = 0;
     let mut step = 1.0;
@@ -325,13 +322,7 @@ pub fn walk(
 
 /// The checks at the end, and what the chain carries.
 #[inline]
-fn conclude(
-    path: &Path,
-    crossings: &[Crossing],
-    end: End,
-    iterations: u32,
-    residual: f64,
-) -> Result<Chain, Rejection> {
+fn conclude(path: &Path, crossings: &[Crossing], end: End, iterations: u32, residual: f64) -> Result<Chain, Rejection> {
     let (mut transmittance, mut kappa) = (1.0, 1.0);
     for (i, crossing) in crossings.iter().enumerate() {
         let (before, after) = (path.directions[i], path.directions[i + 1]);

@@ -55,7 +55,8 @@ fn slab() {
 fn glass_to_air() {
     let layers = [(1.5, 1.0), (1.0, 2.0)];
     let planar = stack(&layers, 0.5) * (0.5f64.cos() * (1.0 - (1.5 * 0.5f64.sin()).powi(2)).sqrt());
-    assert!(error(planar, 0.0175848709) < 1e-9 && error(planar, stack_closed(&layers, 0.5)) < 1e-13);
+    assert!(error(planar, 0.0175848709) < 3e-9, "{planar}");
+    assert!(error(planar, stack_closed(&layers, 0.5)) < 1e-13);
 }
 
 #[test]

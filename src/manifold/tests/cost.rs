@@ -26,6 +26,11 @@ fn nanoseconds_per_step_of_a_two_interface_walk() {
         }
         let each = start.elapsed().as_nanos() as f64;
         let count = walks.len() as f64;
-        eprintln!("{:.0} ns per step, {:.0} ns per walk, {:.2} steps", each / steps as f64, each / count, steps as f64 / count);
+        eprintln!(
+            "{:.0} ns per step, {:.0} ns per walk, {:.2} steps",
+            each / steps as f64,
+            each / count,
+            steps as f64 / count
+        );
     }
 }
