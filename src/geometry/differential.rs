@@ -209,3 +209,64 @@ impl Mesh {
         Facet { corners: corners.map(|i| self.positions[i as usize].as_dvec3() - origin), normals, primitive: triangle }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    #[test]
+    fn a_facet_is_the_mesh_surface() {
+        let positions = vec![Vec3::new(1.0, 2.0, 3.0), Vec3::new(2.0, 2.5, 3.0), Vec3::new(1.5, 3.0, 4.0)];
+        for sign in [1.0, -1.0] {
+            // The second time all vertex normals point to the back.
+            let normals = [Vec3::new(0.4, -0.8, 0.5), Vec3::new(0.5, -0.7, 0.4), Vec3::new(0.3, -0.6, 0.6)];
+            let normals = normals.map(|n| n.normalize() * sign).to_vec();
+            for normals in [normals, vec![]] {
+                let mesh = Mesh { positions: positions.clone(), normals, triangles: vec![[0, 1, 2]] };
+                let origin = DVec3::new(1.0, 1.0, 1.0);
+                let facet = mesh.local(0, origin);
+                let (at, surface) = (facet.at(0.25, 0.5).unwrap(), mesh.surface(0, 0.25, 0.5));
+                assert!((at.p + origin).distance(surface.p.as_dvec3()) < 1e-6);
+                assert!(at.ng.distance(surface.ng.as_dvec3()) < 1e-6);
+                assert!(at.ns.distance(surface.ns.as_dvec3()) < 1e-6);
+                assert!(at.p_u.cross(at.p_v).distance(at.ng) < 1e-15);
+                let o = DVec3::new(3.0, -1.0, 2.0);
+                let d = (at.p - o).normalize();
+                let (t, u, v) = facet.crossing(o, d).unwrap();
+                assert!((t - o.distance(at.p)).abs() < 1e-14 && (u - 0.25).abs() < 1e-14 && (v - 0.5).abs() < 1e-14);
+            }
+        }
+    }
+
+    #[test]
+    fn derivatives_of_the_normal_are_those_of_differences() {
+        let corners = [DVec3::new(0.0, 0.1, 0.2), DVec3::new(1.0, 0.3, 0.0), DVec3::new(0.8, 1.2, 0.3)];
+        let normals = [DVec3::new(-0.3, 0.1, 1.0), DVec3::new(0.2, 0.1, 1.0), DVec3::new(0.1, 0.4, 1.0)];
+        for sign in [1.0, -1.0] {
+            let normals = Some(normals.map(|n| n.normalize() * sign));
+            let facet = Facet { corners, normals, primitive: 0 };
+            let at = facet.at(0.3, 0.4).unwrap();
+            for (tangent, derivative) in [(at.p_u, at.n_u), (at.p_v, at.n_v)] {
+                let normal = |h: f64| {
+                    let (_, u, v) = facet.crossing(at.p + tangent * h + at.ng, -at.ng).unwrap();
+                    facet.at(u, v).unwrap().ns
+                };
+                let difference = (normal(1e-5) - normal(-1e-5)) / 2e-5;
+                assert!(difference.distance(derivative) < 1e-9, "{difference} {derivative}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_ray_that_leaves_a_ball_meets_its_far_side_only() {
+        let ball = Ball { center: DVec3::Z * 3.0, radius: 1.0 };
+        let meet = |o: DVec3, d: DVec3, leaving| ball.meet(o, d, leaving).map(|(t, _)| t);
+        assert_eq!(meet(DVec3::ZERO, DVec3::Z, false), Some(2.0));
+        assert_eq!(meet(DVec3::Z * 2.0, DVec3::Z, true), Some(2.0));
+        assert_eq!(meet(DVec3::Z * 3.0, DVec3::Z, false), Some(1.0));
+        assert_eq!(meet(DVec3::Z * 2.0, DVec3::NEG_Z, true), None);
+        assert_eq!(meet(DVec3::Z * 5.0, DVec3::Z, false), None);
+        assert_eq!(meet(DVec3::X * 1.5, DVec3::Z, false), None);
+    }
+}

@@ -80,14 +80,14 @@ impl System {
         Some(determinant)
     }
 
-    /// The solution; the first `2 * vertices` entries count. `None` if the matrix is singular.
+    /// The solution, in place; `None` if the matrix is singular.
     #[inline]
-    pub(super) fn solve(mut self) -> Option<[f64; MAX_SIZE]> {
+    pub(super) fn solve(&mut self) -> Option<&[f64]> {
         self.eliminate()?;
         for k in (0..self.size).rev() {
             let known: f64 = (k + 1..self.size).map(|j| self.matrix[k][j] * self.right[j]).sum();
             self.right[k] = (self.right[k] - known) / self.matrix[k][k];
         }
-        Some(self.right)
+        Some(&self.right[..self.size])
     }
 }

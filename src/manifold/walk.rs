@@ -224,11 +224,11 @@ impl Path {
         [self.vertices[i].p_u, self.vertices[i].p_v]
     }
 
-    /// Largest residual of all vertices, an angle; NaN if any is.
+    /// Largest residual of the vertices `from` and later, an angle; NaN if any is.
     #[inline]
-    fn residual(&self, crossings: &[Crossing]) -> f64 {
+    fn residual(&self, crossings: &[Crossing], from: usize) -> f64 {
         let largest = |a: f64, b: f64| if b > a || b.is_nan() { b } else { a };
-        (0..self.len).map(|i| self.constraint(crossings, i).residual()).fold(0.0, largest)
+        (from..self.len).map(|i| self.constraint(crossings, i).residual()).fold(0.0, largest)
     }
 
     /// The Newton system of all vertices.
@@ -286,8 +286,10 @@ pub fn walk(
     let mut proposal = path;
     let mut iterations = 0;
     let mut step = 1.0;
+    // Once refracted, all vertices but the last obey the law by construction.
+    let mut unproven = 0;
     loop {
-        let residual = path.residual(crossings);
+        let residual = path.residual(crossings, unproven);
         let rejected = |reason| Err(Rejected { reason, iterations });
         if residual <= settings.tolerance {
             return conclude(&path, crossings, end, iterations, residual)
@@ -296,9 +298,9 @@ pub fn walk(
         if iterations >= settings.max_iterations {
             return rejected(Rejection::IterationCap);
         }
-        let Some(dx) = path.system(crossings).solve() else { return rejected(Rejection::Singular) };
-        let move_u = path.vertices[0].p_u * dx[0];
-        let full = move_u + path.vertices[0].p_v * dx[1];
+        let mut system = path.system(crossings);
+        let Some(&[u, v, ..]) = system.solve() else { return rejected(Rejection::Singular) };
+        let full = path.vertices[0].p_u * u + path.vertices[0].p_v * v;
         loop {
             iterations += 1;
             let toward = (path.vertices[0].p - full * step).normalize();
@@ -316,6 +318,7 @@ pub fn walk(
             }
         }
         std::mem::swap(&mut path, &mut proposal);
+        unproven = path.len - 1;
         step = (2.0 * step).min(1.0);
     }
 }

@@ -64,7 +64,7 @@ fn deviation(points: [Movable; 3], n: [f64; 2], form: Form, h: f64) -> f64 {
     let mut worst = 0.0f64;
     for (j, block) in analytic.iter().enumerate() {
         let largest = block.as_flattened().iter().fold(0.0f64, |m, b| m.max(b.abs()));
-        for k in 0..2 {
+        for k in [0, 1] {
             let shifted = |sign: f64| {
                 let new = points[j].moved(k, sign * h);
                 let mut moved = x;
@@ -73,7 +73,7 @@ fn deviation(points: [Movable; 3], n: [f64; 2], form: Form, h: f64) -> f64 {
                 value(moved, &own, n, form)
             };
             let (plus, minus) = (shifted(1.0), shifted(-1.0));
-            for r in 0..2 {
+            for r in [0, 1] {
                 let difference = (plus[r] - minus[r]) / (2.0 * h);
                 worst = worst.max((difference - block[r][k]).abs() / largest);
             }
@@ -132,14 +132,14 @@ fn derivatives_hold_on_slivers() {
             let x = at.map(|d| d.p);
             let own = with(x, &at[1], [1.0, 1.5], form, |c| c.own());
             let largest = own.as_flattened().iter().fold(0.0f64, |m, b| m.max(b.abs()));
-            for k in 0..2 {
+            for k in [0, 1] {
                 let h = [1e-5, 1e-11][k];
                 let shifted = |s: f64| {
                     let new = points[1].moved(k, s * h);
                     value([x[0], new.p, x[2]], &new, [1.0, 1.5], form)
                 };
                 let (plus, minus) = (shifted(1.0), shifted(-1.0));
-                for r in 0..2 {
+                for r in [0, 1] {
                     worst = worst.max(((plus[r] - minus[r]) / (2.0 * h) - own[r][k]).abs() / largest);
                 }
             }

@@ -5,12 +5,12 @@ use super::*;
 use crate::geometry::differential::tangents;
 use crate::manifold::constraint::Form;
 
-/// Solved chains through balls (one, two, nested) and bent slabs, between media that differ.
+/// Solved chains through balls (one, nested, six interfaces deep, two) and bent slabs, between media that differ.
 fn samples(count: usize) -> Vec<(Vec<Solid>, DVec3, DVec3, Chain)> {
     let mut random = Random::new(11);
     let mut found = Vec::new();
     while found.len() < count {
-        let (solids, a, b) = match found.len() % 4 {
+        let (solids, a, b) = match found.len() % 5 {
             0 => {
                 let n = [random.within(1.0, 1.4), random.within(1.5, 2.0), random.within(1.0, 1.4)];
                 (bent_slab(&mut random, n), random.disk(0.8, -0.5), random.disk(0.8, 3.0))
@@ -20,6 +20,11 @@ fn samples(count: usize) -> Vec<(Vec<Solid>, DVec3, DVec3, Chain)> {
                 let inner = Solid { front: 1.5, back: 1.2, ..Solid::ball(DVec3::Z * 0.2, 0.6, 1.0) };
                 let solids = vec![Solid::ball(DVec3::ZERO, 1.0, 1.5), inner];
                 (solids, random.disk(0.3, -3.0), random.disk(0.3, 3.0))
+            }
+            3 => {
+                let shell = |r: f64, n: [f64; 2]| Solid { front: n[0], ..Solid::ball(DVec3::ZERO, r, n[1]) };
+                let solids = vec![shell(1.0, [1.0, 1.2]), shell(0.8, [1.2, 1.4]), shell(0.6, [1.4, 1.6])];
+                (solids, random.disk(0.4, -3.0), random.disk(0.4, 3.0))
             }
             _ => {
                 let shell = |z: f64| Solid::ball(DVec3::Z * z, 1.0, 1.33);
