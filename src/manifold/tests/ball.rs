@@ -115,10 +115,7 @@ fn solves_what_the_planar_solver_solves() {
                 continue;
             }
             solvable += 1;
-            let Ok(chain) = result else {
-                eprintln!("FAIL {:?}", result.unwrap_err());
-                continue;
-            };
+            let Ok(chain) = result else { continue };
             solved += 1;
             iterations += chain.iterations;
             let p = planar.sine(a, b, chain.first);
@@ -185,7 +182,8 @@ fn the_other_order_may_fail_or_find_another_root() {
     assert!(rates[1].0 + rates[1].1 > 0.01, "{rates:?}");
 }
 
-/// Weakly curved interfaces, as of an eye, a window or water, take about four steps.
+/// Weakly curved interfaces, as of an eye, a window or water, take three steps: four looks at the
+/// constraint, as published.
 #[test]
 fn shallow_interfaces_take_few_steps() {
     let mut random = Random::new(43);
@@ -201,5 +199,5 @@ fn shallow_interfaces_take_few_steps() {
     }
     let mean = steps as f64 / solved as f64;
     eprintln!("shallow: {solved} of {count}, mean steps {mean:.2}");
-    assert!(solved > 990 && (3.0..5.0).contains(&mean), "{solved} {mean}");
+    assert!(solved > 990 && (2.0..4.0).contains(&mean), "{solved} {mean}");
 }
