@@ -7,6 +7,7 @@ pub mod geometry;
 pub mod integrator;
 pub mod intersect;
 pub mod io;
+pub mod manifold;
 pub mod math;
 pub mod pool;
 pub mod render;
