@@ -2,10 +2,10 @@
 
 import json
 import struct
-
-from model import Diffuse, Glass, Mesh, Scene, Sphere
-from shapes import cross, normalize, sphere, sub
 from math import pi
+
+from model import Diffuse, Scene, Sphere
+from shapes import cross, normalize, sphere, sub
 
 FLOAT, UINT16, UINT32 = 5126, 5123, 5125
 ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER = 34962, 34963
@@ -17,6 +17,7 @@ def rounded(x: float) -> float:
 
 
 def as_f32(x: float) -> float:
+    """The nearest single-precision number, so that stated bounds equal stored values."""
     return struct.unpack("<f", struct.pack("<f", x))[0]
 
 

@@ -61,6 +61,7 @@ def rgb(value):
 
 
 def bsdf(material, smooth, side_check):
+    """Leaves the absorption of tinted glass out: Mitsuba's dielectrics have none."""
     if isinstance(material, Diffuse):
         out = {"type": "twosided",
                "nested": {"type": "diffuse", "reflectance": rgb(material.reflectance)}}
