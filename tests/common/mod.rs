@@ -1,6 +1,7 @@
 //! Small scenes built in code, and statistics, for the integration tests.
 #![allow(dead_code)]
 
+pub mod oracle;
 pub mod stats;
 
 use caustica::math::Rgb;
