@@ -136,7 +136,11 @@ fn measure(name: &str) {
         row("visibility, bare Embree calls", o, raw_o);
         row("visibility, through the trait", o, again_o);
         let cost = |ours: f64, raw: f64| (ours / raw - 1.0) * 100.0;
-        println!("  cost of the trait: nearest {:.1} %, visibility {:.1} %", cost(again_c, raw_c), cost(again_o, raw_o));
+        println!(
+            "  cost of the trait: nearest {:.1} %, visibility {:.1} %",
+            cost(again_c, raw_c),
+            cost(again_o, raw_o)
+        );
         println!("  share of BDPT inside Embree: {:.1} %", (raw_c + raw_o) / bdpt * 100.0);
     }
     #[cfg(not(feature = "embree"))]

@@ -2,6 +2,7 @@
 #![allow(dead_code)]
 
 pub mod oracle;
+pub mod scenes;
 pub mod stats;
 
 use caustica::math::Rgb;
