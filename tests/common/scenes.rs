@@ -21,9 +21,15 @@ pub fn stage(b: &mut Builder) {
 pub fn lamps(b: &mut Builder) {
     let reflecting = Scattering::Diffuse { reflectance: Rgb::splat(0.25) };
     let large = b.emitter(reflecting, Rgb::splat(2.0));
-    b.quad(Vec3::new(-1.0, 2.5, -0.75), Vec3::X * 1.75, Vec3::Z * 1.5, large);
-    let small = b.emitter(reflecting, Rgb::new(6.0, 3.0, 1.5));
-    b.quad(Vec3::new(1.25, 1.75, 0.0), Vec3::new(0.5, 0.375, 0.0), Vec3::Z * 0.75, small);
+    b.quad(Vec3::new(-1.25, 2.5, -1.0), Vec3::X * 2.25, Vec3::Z * 2.0, large);
+    let small = b.emitter(reflecting, Rgb::new(3.0, 2.0, 1.5));
+    b.quad(Vec3::new(1.25, 1.75, -0.25), Vec3::new(0.75, 0.5, 0.0), Vec3::Z * 1.0, small);
+}
+
+/// One lamp so wide that paths which end by chance on it make little noise.
+fn wide_lamp(b: &mut Builder) {
+    let lamp = b.emitter(Scattering::Diffuse { reflectance: Rgb::splat(0.25) }, Rgb::splat(1.0));
+    b.quad(Vec3::new(-2.5, 2.5, -2.0), Vec3::X * 5.0, Vec3::Z * 4.5, lamp);
 }
 
 fn view(b: &mut Builder) {
@@ -34,8 +40,8 @@ fn at(x: f64, y: f64, z: f64) -> DAffine3 {
     DAffine3::from_translation(DVec3::new(x, y, z))
 }
 
-/// A scene of the stage, the lamps and what the caller adds.
-fn lit(objects: impl Fn(&mut Builder)) -> Builder {
+/// A scene of the stage, lamps and what the caller adds.
+fn lit(lamps: impl Fn(&mut Builder), objects: impl Fn(&mut Builder)) -> Builder {
     let mut b = Builder::default();
     stage(&mut b);
     objects(&mut b);
@@ -44,19 +50,21 @@ fn lit(objects: impl Fn(&mut Builder)) -> Builder {
     b
 }
 
+fn plain_objects(b: &mut Builder) {
+    let ball = b.diffuse(0.8);
+    b.sphere(DVec3::new(-0.5, 0.875, 0.0), 0.5, ball);
+    let panel = b.diffuse(0.5);
+    b.quad(Vec3::new(0.5, 0.25, -0.5), Vec3::new(0.75, 0.0, 0.5), Vec3::Y * 0.75, panel);
+}
+
 /// Lambertian surfaces only.
 pub fn diffuse() -> Builder {
-    lit(|b| {
-        let ball = b.diffuse(0.8);
-        b.sphere(DVec3::new(-0.5, 0.875, 0.0), 0.5, ball);
-        let panel = b.diffuse(0.5);
-        b.quad(Vec3::new(0.5, 0.25, -0.5), Vec3::new(0.75, 0.0, 0.5), Vec3::Y * 0.75, panel);
-    })
+    lit(lamps, plain_objects)
 }
 
 /// The same with rough metal, and with the glTF model's coat over a diffuse base.
 pub fn glossy() -> Builder {
-    lit(|b| {
+    lit(lamps, |b| {
         let metal = b.material(Scattering::Conductor { reflectance: Rgb::new(0.9, 0.7, 0.5), roughness: 0.6 });
         b.sphere(DVec3::new(-0.5, 0.875, 0.0), 0.5, metal);
         let coated = b.material(Scattering::MetallicRoughness(MetallicRoughness {
@@ -95,13 +103,13 @@ pub fn smooth_normals() -> Builder {
 
 /// Rough glass, clear and absorbing, and a diffuse ball inside the absorbing one.
 pub fn rough_glass() -> Builder {
-    lit(|b| {
-        let clear = b.glass(1.5, 0.6);
+    lit(wide_lamp, |b| {
+        let clear = b.glass(1.5, 0.8);
         b.sphere(DVec3::new(-0.6, 0.75, 0.0), 0.5, clear);
         let absorbing = b.material(Scattering::Dielectric {
             inside: Medium { ior: 1.3, absorption: Rgb::new(0.3, 0.9, 1.5) },
             outside: Medium::VACUUM,
-            roughness: 0.7,
+            roughness: 0.9,
             tint: Rgb::ONE,
         });
         b.sphere(DVec3::new(0.7, 0.75, 0.2), 0.5, absorbing);
@@ -112,7 +120,7 @@ pub fn rough_glass() -> Builder {
 
 /// Smooth glass: a sphere, and a mesh of a sphere with smooth normals.
 pub fn smooth_glass() -> Builder {
-    lit(|b| {
+    lit(wide_lamp, |b| {
         let glass = b.glass(1.5, 0.0);
         b.sphere(DVec3::new(-0.6, 0.75, 0.0), 0.5, glass);
         b.mesh(icosphere(0.5, 2, true), glass, at(0.7, 0.75, 0.2));
@@ -121,7 +129,7 @@ pub fn smooth_glass() -> Builder {
 
 /// Smooth absorbing glass, a diffuse ball inside it.
 pub fn absorbing_glass() -> Builder {
-    lit(|b| {
+    lit(wide_lamp, |b| {
         let glass = b.material(Scattering::Dielectric {
             inside: Medium { ior: 1.5, absorption: Rgb::new(0.5, 1.0, 2.0) },
             outside: Medium::VACUUM,
@@ -160,9 +168,9 @@ pub fn delta_lights() -> Builder {
     b.light(LightKind::Spot {
         position: DVec3::new(-1.5, 2.5, 1.0),
         direction: DVec3::new(0.5, -1.0, -0.4),
-        intensity: Rgb::splat(9.0),
-        inner: 0.2,
-        outer: 0.6,
+        intensity: Rgb::splat(4.0),
+        inner: 0.3,
+        outer: 0.9,
     });
     b.light(LightKind::Directional { direction: DVec3::new(0.4, -1.0, -0.6), irradiance: Rgb::new(0.6, 0.8, 1.0) });
     view(&mut b);
@@ -186,7 +194,7 @@ pub fn environment() -> Builder {
 
 /// The camera in the middle of a glass ball, next to a diffuse ball in the same glass.
 pub fn camera_in_glass() -> Builder {
-    let mut b = diffuse();
+    let mut b = lit(wide_lamp, plain_objects);
     let glass = b.material(Scattering::Dielectric {
         inside: Medium { ior: 1.4, absorption: Rgb::new(0.1, 0.2, 0.3) },
         outside: Medium::VACUUM,
