@@ -50,27 +50,27 @@ fn techniques_agree(name: &str, builder: &Builder, samples: u32, limits: &[f64])
 
 #[test]
 fn techniques_on_diffuse_surfaces() {
-    techniques_agree("diffuse", &scenes::diffuse(), 256, &[0.02, 0.04, 0.06]);
+    techniques_agree("diffuse", &scenes::diffuse(), 256, &[0.015, 0.03, 0.08]);
 }
 
 #[test]
 fn techniques_on_glossy_surfaces() {
-    techniques_agree("glossy", &scenes::glossy(), 256, &[0.02, 0.04, 0.06]);
+    techniques_agree("glossy", &scenes::glossy(), 256, &[0.015, 0.03, 0.08]);
 }
 
 #[test]
 fn techniques_with_shading_normals() {
-    techniques_agree("smooth normals", &scenes::smooth_normals(), 256, &[0.02, 0.04]);
+    techniques_agree("smooth normals", &scenes::smooth_normals(), 256, &[0.015, 0.04]);
 }
 
 #[test]
 fn techniques_through_rough_absorbing_glass() {
-    techniques_agree("rough glass", &scenes::rough_glass(), 256, &[0.02, 0.04]);
+    techniques_agree("rough glass", &scenes::rough_glass(), 256, &[0.015, 0.04]);
 }
 
 #[test]
 fn techniques_within_an_absorbing_medium() {
-    techniques_agree("murky", &scenes::murky(), 256, &[0.02, 0.04]);
+    techniques_agree("murky", &scenes::murky(), 256, &[0.015, 0.04]);
 }
 
 fn integrators_agree(name: &str, builder: &Builder, samples: u32) {
@@ -105,12 +105,12 @@ fn integrators_with_absorbing_glass() {
 
 #[test]
 fn integrators_within_an_absorbing_medium() {
-    integrators_agree("murky", &scenes::murky(), 256);
+    integrators_agree("murky", &scenes::murky(), 384);
 }
 
 #[test]
 fn integrators_with_delta_lights() {
-    integrators_agree("delta lights", &scenes::delta_lights(), 160);
+    integrators_agree("delta lights", &scenes::delta_lights(), 256);
 }
 
 #[test]
