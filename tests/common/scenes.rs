@@ -6,7 +6,7 @@ use caustica::math::Rgb;
 use caustica::scene::description::*;
 use glam::{DAffine3, DVec3, Vec3};
 
-const FROM: [f64; 3] = [0.4, 1.7, 4.2];
+const FROM: [f64; 3] = [0.375, 1.75, 4.25];
 const TO: [f64; 3] = [0.0, 0.7, 0.0];
 const YFOV: f64 = 0.62;
 
