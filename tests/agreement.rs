@@ -129,6 +129,11 @@ fn integrators_with_a_light_in_glass() {
 }
 
 #[test]
+fn integrators_with_sphere_lights() {
+    integrators_agree("sphere lights", &scenes::sphere_lights(), 128);
+}
+
+#[test]
 fn integrators_in_parallel_projection() {
     integrators_agree("orthographic", &scenes::orthographic(), 160);
 }

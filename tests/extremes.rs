@@ -11,7 +11,7 @@ use caustica::math::{Rgb, luminance};
 use caustica::render::job::{Integrator, Settings};
 use caustica::scene::description::*;
 use caustica::scene::{CommitOptions, World};
-use common::oracle::{check_bias, check_pairs, first_seed, renders};
+use common::oracle::{BIAS_LIMIT, check_bias, check_pairs, first_seed, renders};
 use common::stats::{block_means, mean_and_error};
 use common::{Builder, icosphere, scenes, settings};
 use glam::{DAffine3, DVec3, Vec3};
@@ -217,7 +217,7 @@ fn needles_and_flat_triangles() {
         let seed = first_seed(&name);
         let base = Settings { max_depth: 7, ..settings(integrator, 32, 192, 0) };
         let [a, b] = [&cut, &whole].map(|world| renders(world, &base, seed..seed + 16));
-        check_pairs(&name, &a, &b, BLOCK, 0.005).unwrap_or_else(|e| panic!("{e}"));
+        check_pairs(&name, &a, &b, BLOCK, BIAS_LIMIT).unwrap_or_else(|e| panic!("{e}"));
     }
 }
 
@@ -238,7 +238,7 @@ fn grazing_lights() {
         let base = Settings { max_depth: 7, ..settings(integrator, 32, 384, 0) };
         renders(&world, &base, seed..seed + 16)
     });
-    check_pairs("grazing", &bdpt, &path, BLOCK, 0.005).unwrap_or_else(|e| panic!("{e}"));
+    check_pairs("grazing", &bdpt, &path, BLOCK, BIAS_LIMIT).unwrap_or_else(|e| panic!("{e}"));
 }
 
 /// Glass of index 1 + 1e-6, smooth or rough, is not there. (Flat: a shading normal makes a surface dark
@@ -267,7 +267,7 @@ fn glass_of_index_one() {
         for (ior, roughness) in [(1.0, 0.0), (1.000001, 0.0), (1.000001, 0.5)] {
             let with = renders(&lit(Some((ior, roughness))), &base(integrator), seed..seed + 16);
             let name = format!("index {ior}, roughness {roughness}, {integrator:?}");
-            check_pairs(&name, &with, &none, BLOCK, 0.005).unwrap_or_else(|e| panic!("{e}"));
+            check_pairs(&name, &with, &none, BLOCK, BIAS_LIMIT).unwrap_or_else(|e| panic!("{e}"));
         }
     }
 }

@@ -192,6 +192,20 @@ pub fn environment() -> Builder {
     b
 }
 
+/// A lamp in the shape of a sphere, near enough that next-event estimation, which draws from the cone it
+/// fills, and emission, which draws from its whole area, differ much; and a small one.
+pub fn sphere_lights() -> Builder {
+    let mut b = Builder::default();
+    stage(&mut b);
+    let ball = b.diffuse(0.8);
+    b.sphere(DVec3::new(-0.5, 0.875, 0.0), 0.5, ball);
+    let (large, small) = (b.lamp(1.0), b.lamp(6.0));
+    b.sphere(DVec3::new(0.75, 1.0, 0.0), 0.6, large);
+    b.sphere(DVec3::new(-1.25, 1.75, 0.75), 0.2, small);
+    view(&mut b);
+    b
+}
+
 /// The camera in the middle of a glass ball, next to a diffuse ball in the same glass.
 pub fn camera_in_glass() -> Builder {
     let mut b = lit(wide_lamp, plain_objects);
