@@ -20,7 +20,7 @@ setup:
 demo: setup
 	cargo build --release --locked --bin caustica
 	@mkdir -p out
-	$(TARGET)/release/caustica render scenes/demo.glb -o out/demo.png -o out/demo.exr --size 640x480 --time 30
+	$(TARGET)/release/caustica render scenes/demo.glb -o out/demo.png -o out/demo.exr --size 640x480 --time 40
 	@echo "$(CURDIR)/out/demo.png"
 	@echo "$(CURDIR)/out/demo.exr"
 
@@ -28,7 +28,7 @@ test: setup
 	cargo test --locked
 
 bench: setup
-	cargo bench --locked
+	cargo bench --locked --bench rays
 
 install: setup
 	cargo build --release --locked

@@ -60,7 +60,7 @@ fn fastest<const N: usize>(mut work: [&mut dyn FnMut(); N]) -> [f64; N] {
     let mut best = [f64::INFINITY; N];
     for _ in 0..REPETITIONS {
         for (w, b) in work.iter_mut().zip(&mut best) {
-            *b = b.min(seconds(|| w()));
+            *b = b.min(seconds(w));
         }
     }
     best
@@ -126,8 +126,8 @@ fn measure(name: &str) {
     {
         let embree = caustica::intersect::embree::Embree::build(&plain.shapes, 1).expect("Embree");
         let [raw_c, raw_o, again_c, again_o] = fastest([
-            &mut || drop(black_box(embree.bench_raw_closest(&closest))),
-            &mut || drop(black_box(embree.bench_raw_occluded(&occluded))),
+            &mut || _ = black_box(embree.bench_raw_closest(&closest)),
+            &mut || _ = black_box(embree.bench_raw_occluded(&occluded)),
             &mut || count_closest(through_trait, &closest),
             &mut || count_occluded(through_trait, &occluded),
         ]);

@@ -37,8 +37,9 @@
  *             "callback-safe" may be called; the others give CAUSTICA_ERROR_WRONG_STATE.
  * Fork.       A child cannot use the devices of its parent and gets an error. It may create its own
  *             unless another thread of the parent was inside this library at the fork.
- * Unloading.  The library stays in the process after dlclose; no thread of it is left after the
- *             release of the last device.
+ * Unloading.  The library stays in the process after dlclose. No thread of it is left after the release
+ *             of the last device; Embree's commits on several threads leave idle workers of TBB, which
+ *             belong to the process.
  */
 #ifndef CAUSTICA_H
 #define CAUSTICA_H

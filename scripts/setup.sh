@@ -2,13 +2,14 @@
 # Installs what Caustica's build and tests need, and nothing that is already there.
 #   scripts/setup.sh            check, then install what is missing
 #   scripts/setup.sh --check    check only; exit 1 and name what is missing
-# Debian 13: everything from its own suite. Debian 12: its own suite ships Embree 3 and Rust 1.63, so
-# the Debian 13 suite is added at priority 100 (nothing moves to it by itself) and Embree, and Rust if
-# there is none, come from there. See docs/decisions/0001-embree-from-debian-13.md.
+# Debian 13: everything from its own suite. Debian 12: its own suite ships Embree 3, so the Debian 13
+# suite is added at priority 100 (nothing moves to it by itself), and Embree comes from there. Rust, if
+# there is none, is the toolchain that Debian keeps for its browsers (rustc-web).
+# See docs/decisions/0001-embree-from-debian-13.md and 0004-rust-from-debian.md.
 set -euo pipefail
 
 EMBREE_MIN=40300   # RTC_VERSION: 4.3.0, the first with today's ray layout
-RUST_MIN=85        # 1.85: edition 2024
+RUST_MIN=88        # 1.88: let chains, which obvhs 0.4 uses
 
 say() { printf 'setup: %s\n' "$*"; }
 have() { command -v "$1" >/dev/null 2>&1; }
@@ -36,20 +37,26 @@ rust_ok() {
 
 look() {
   packages=()   # from the suite this machine runs
-  newer=()      # from the Debian 13 suite where this machine's own is older
+  newer=()      # from the Debian 13 suite where this machine's own is too old
   cxx_ok          || packages+=(build-essential)
   have pkg-config || packages+=(pkg-config)
   libclang_ok     || packages+=(libclang-dev)
   oiio_ok         || packages+=(libopenimageio-dev)
   have oiiotool   || packages+=(openimageio-tools)
   embree_ok       || newer+=(libembree-dev)
-  rust_ok         || newer+=(cargo rustc rustfmt rust-clippy)
+  rust_ok         || newer+=(cargo-web rustc-web rustfmt-web rust-web-clippy)
 }
 
 look
 if [ ${#packages[@]} -eq 0 ] && [ ${#newer[@]} -eq 0 ]; then
   say "nothing to do"
   exit 0
+fi
+
+if ! rust_ok && have rustup; then
+  say "$(rustc --version 2>/dev/null || echo 'no Rust') is the default of rustup; Rust >= 1.$RUST_MIN is needed. Run:"
+  echo 'rustup update stable && rustup default stable'
+  exit 1
 fi
 
 os=$(. /etc/os-release 2>/dev/null && echo "${ID:-} ${VERSION_ID:-99}") || os=unknown
@@ -87,7 +94,12 @@ offers() {
 }
 from=()
 embree_ok || offers libembree-dev 4.3 || from=(-t trixie)
-rust_ok || offers rustc "1.$RUST_MIN" || from=(-t trixie)
+if ! rust_ok && [ ${#from[@]} -gt 0 ] && offers rustc-web "1.$RUST_MIN"; then
+  # Debian 12 with its security updates: only Embree is missing.
+  newer=(libembree-dev)
+  packages+=(cargo-web rustc-web rustfmt-web rust-web-clippy)
+fi
+rust_ok || offers rustc-web "1.$RUST_MIN" || from=(-t trixie)
 
 # Debian's own mirror, as this machine already uses it.
 mirror() {

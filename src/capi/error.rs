@@ -257,6 +257,12 @@ pub(super) fn remember(device: DevicePointer, failure: Failure) {
     let _ = LAST.try_with(|last| last.replace(Some((device, failure))));
 }
 
+/// What this thread remembers.
+#[cfg(test)]
+pub(super) fn last() -> Option<Failure> {
+    LAST.with_borrow(|last| last.as_ref().map(|(_, failure)| failure.clone()))
+}
+
 guard::export! {
     /// The calling thread's last failed call.
     quiet fn caustica_last_error(device: DevicePointer, detail: OutStruct<Detail>) = last_error;

@@ -242,3 +242,71 @@ fn install_panic_hook() {
         }));
     });
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::capi::error::ERROR_INVALID_ARGUMENT;
+
+    /// The last failure of this thread.
+    fn last() -> Failure {
+        error::last().unwrap()
+    }
+
+    #[test]
+    fn a_panic_becomes_a_code_with_its_words_and_place() {
+        let n = std::hint::black_box(3);
+        assert_eq!(without_device(|| panic!("no more than {n}")), ERROR_INTERNAL);
+        assert!(last().text.contains("no more than 3 (src/capi/guard.rs:"), "{}", last().text);
+        assert_eq!(without_device(|| std::panic::panic_any(5)), ERROR_INTERNAL);
+        assert_eq!(value(|| if n == 3 { panic!("again") } else { 1 }, 2), 2);
+    }
+
+    #[test]
+    fn a_payload_that_panics_when_dropped_does_no_harm() {
+        struct Bomb;
+        impl Drop for Bomb {
+            fn drop(&mut self) {
+                panic!("dropped");
+            }
+        }
+        assert_eq!(without_device(|| std::panic::panic_any(Bomb)), ERROR_INTERNAL);
+        assert_eq!(value(|| std::panic::panic_any(Bomb), 7), 7);
+    }
+
+    /// Run alone by the next test, which looks at what it prints.
+    #[test]
+    fn panics_inside_and_in_workers() {
+        assert_eq!(without_device(|| panic!("QUIET")), ERROR_INTERNAL);
+        let worker = std::thread::Builder::new().name("caustica-0".to_owned()).spawn(|| panic!("QUIET"));
+        assert!(worker.unwrap().join().is_err());
+        assert!(std::thread::spawn(|| panic!("LOUD")).join().is_err());
+    }
+
+    #[test]
+    fn our_panics_print_nothing_and_others_do() {
+        let mut command = std::process::Command::new(std::env::current_exe().unwrap());
+        command.args(["--exact", "capi::guard::tests::panics_inside_and_in_workers", "--nocapture"]);
+        let output = command.output().unwrap();
+        let printed = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success() && printed.contains("LOUD"), "{printed}");
+        assert!(!printed.contains("QUIET"), "{printed}");
+    }
+
+    #[test]
+    fn inside_a_callback_only_some_functions_work() {
+        let plain = || without_device(|| Ok(OK));
+        assert_eq!((plain(), call_host(plain), plain()), (OK, ERROR_WRONG_STATE, OK));
+        let missing = |safe| with_device(DevicePointer::null(), safe, |_| Ok(OK));
+        assert_eq!(call_host(|| missing(false)), ERROR_WRONG_STATE);
+        assert_eq!(call_host(|| missing(true)), error::ERROR_INVALID_HANDLE);
+    }
+
+    #[test]
+    fn a_failure_is_remembered_by_its_thread_alone() {
+        assert_eq!(without_device(|| Err(Failure::argument("width", "is 0").at(4))), ERROR_INVALID_ARGUMENT);
+        assert!(std::thread::spawn(|| error::last().is_none()).join().unwrap());
+        assert_eq!(without_device(|| Ok(OK)), OK);
+        assert_eq!((last().parameter.as_str(), last().index), ("width", 4));
+    }
+}

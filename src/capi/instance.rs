@@ -130,10 +130,10 @@ fn add(
     let material = device.materials.get(material)?;
     let name = name.read("name", MAX_NAME)?;
     let named = |failure: Failure| failure.object_if_none(OBJECT_INSTANCE, 0, &name);
-    if let Geometry::Sphere { radius } = geometry {
-        if !(radius > 0.0 && radius.is_finite()) {
-            return Err(named(Failure::argument("radius", format!("is {radius}; a positive number was expected"))));
-        }
+    if let Geometry::Sphere { radius } = geometry
+        && !(radius > 0.0 && radius.is_finite())
+    {
+        return Err(named(Failure::argument("radius", format!("is {radius}; a positive number was expected"))));
     }
     let transform = transform("transform", matrix.read()).map_err(named)?;
     let mut contents = scene.edit()?;

@@ -77,7 +77,7 @@ fn copy(desc: &MeshDesc, name: &str) -> Result<MeshDescription, Failure> {
         let text = format!("is {}; 32-bit indices reach {}", desc.vertex_count, u32::MAX);
         return Err(Failure::limit("vertex_count", text));
     }
-    if desc.index_count % 3 != 0 {
+    if !desc.index_count.is_multiple_of(3) {
         return Err(Failure::argument("index_count", format!("is {}; a multiple of 3 was expected", desc.index_count)));
     }
     let normal_count = if desc.normals.is_null() { 0 } else { desc.vertex_count };

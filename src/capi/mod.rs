@@ -3,10 +3,10 @@
 //!
 //! The library is a guest in its host's process. It therefore prints nothing, never unwinds into the
 //! host, leaves the floating-point state as it found it, and after a release no thread of it runs.
-//! All exported functions are made by the macro in [`guard`], which keeps these promises in one place.
+//! All exported functions are made by the macro in `guard`, which keeps these promises in one place.
 //!
 //! Process-wide state is limited to three things, each justified where it stands: the list of living
-//! devices ([`device`]), the panic hook ([`guard`]), and each thread's last error ([`error`]).
+//! devices ([`device`]), the panic hook (`guard`), and each thread's last error ([`error`]).
 #![allow(unsafe_code)]
 
 #[cfg(not(panic = "unwind"))]

@@ -215,3 +215,32 @@ fn describe(contents: &Contents) -> Result<(Description, Origins), Failure> {
     }
     Ok((description, origins))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::capi::error::{ERROR_INTERNAL, OBJECT_SCENE};
+
+    fn scene() -> Scene {
+        Scene { id: 9, contents: Mutex::default(), snapshot: Mutex::default() }
+    }
+
+    #[test]
+    fn a_second_thread_is_told_that_the_scene_is_busy() {
+        let scene = scene();
+        let _first = scene.edit().unwrap();
+        let failure = std::thread::scope(|s| s.spawn(|| scene.edit().err()).join().unwrap()).unwrap();
+        assert_eq!((failure.code, failure.object_kind, failure.object_id), (ERROR_BUSY, OBJECT_SCENE, 9));
+    }
+
+    #[test]
+    fn a_scene_whose_change_panicked_says_so_from_then_on() {
+        let scene = scene();
+        let inside = guard::catch::<()>(|| {
+            let _contents = scene.edit()?;
+            panic!("halfway");
+        });
+        assert_eq!(inside.err().map(|failure| failure.code), Some(ERROR_INTERNAL));
+        assert_eq!(scene.edit().err().map(|failure| failure.code), Some(ERROR_INTERNAL));
+    }
+}

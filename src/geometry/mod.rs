@@ -1,10 +1,12 @@
 //! Shapes and the surface at a hit.
 
+pub mod differential;
 pub mod mesh;
 pub mod ray;
 pub mod sphere;
 pub mod surface;
 
+pub use differential::Differential;
 pub use mesh::Mesh;
 pub use ray::Ray;
 pub use sphere::Sphere;

@@ -75,9 +75,8 @@ pub fn sample<O: Observer>(
         if segments + 1 > tracer.max_depth {
             break;
         }
-        if tracer.world.requirements.lights
-            && let Some((joined, light)) = tracer.next_event(i, &mut connect_numbers)
-        {
+        // Without lights there is nothing to draw, and `sample_direct` says so at once.
+        if let Some((joined, light)) = tracer.next_event(i, &mut connect_numbers) {
             radiance += joined.value * joined.weight as f32;
             observer.observe(&Contribution {
                 s: 1,

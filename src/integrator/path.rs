@@ -93,9 +93,7 @@ pub fn sample(tracer: &mut Tracer, view: &View, seed: u64, pixel: u32, index: u3
         beta *= next.weight;
         roulette *= next.weight;
         sampled = next.connectable.then_some((next.pdf, at.p));
-        if next.transmitted
-            && let Some(boundary) = world.boundary(hit.shape)
-        {
+        if let Some(boundary) = world.boundary(hit.shape).filter(|_| next.transmitted) {
             let before = world.media[medium as usize].ior;
             medium = boundary.medium_toward(&at, next.wi);
             // Roulette goes by radiance over n², or paths would die of entering glass.

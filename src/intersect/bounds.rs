@@ -15,8 +15,10 @@ impl Bounds {
 
     /// Rounded outward: centre plus radius is not a number of f32 in general.
     pub(super) fn of_sphere(sphere: &Sphere) -> Bounds {
-        let (c, r) = (sphere.center.to_array(), sphere.radius);
-        Bounds { lo: c.map(|c| (c - r).next_down()).into(), hi: c.map(|c| (c + r).next_up()).into() }
+        let (c, r) = (sphere.center, Vec3::splat(sphere.radius));
+        // Three roundings of half an ulp, each of at most this sum.
+        let margin = (c.abs() + r) * (2.0 * f32::EPSILON);
+        Bounds { lo: c - r - margin, hi: c + r + margin }
     }
 
     pub(super) fn of_triangle([a, b, c]: [Vec3; 3]) -> Bounds {

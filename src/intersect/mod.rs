@@ -133,12 +133,13 @@ fn check_count(counts: impl Iterator<Item = u64>) -> Result<(), BackendError> {
 
 /// Builds the acceleration structure over `shapes`, with at most `threads` threads (obvhs uses the
 /// caller's alone).
+#[cfg_attr(not(feature = "embree"), allow(unused_variables))]
 pub fn build(backend: Backend, shapes: &[Shape], threads: usize) -> Result<Box<dyn Intersector>, BackendError> {
     match backend {
         #[cfg(feature = "embree")]
         Backend::Embree => Ok(Box::new(embree::Embree::build(shapes, threads)?)),
         #[cfg(not(feature = "embree"))]
         Backend::Embree => Err(BackendError::Missing("embree")),
-        Backend::Obvhs => Ok(Box::new(obvhs::Obvhs::build(shapes)?)),
+        Backend::Obvhs => Ok(Box::new(obvhs::Obvhs::build(shapes, threads)?)),
     }
 }

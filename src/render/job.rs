@@ -2,10 +2,10 @@
 
 use super::Image;
 use super::passes::{Passes, Tile};
-use super::pool;
 use crate::camera::Camera;
 use crate::integrator::bdpt::{self, View};
 use crate::integrator::{Contribution, Observer, Sample, path};
+use crate::pool;
 use crate::scene::World;
 use crate::transport::Tracer;
 use glam::Vec2;
@@ -278,9 +278,9 @@ pub fn render(
             rays.fetch_add(tile.rays.total(), Ordering::Relaxed);
             passes.finish(tile, start, settings.time_limit);
 
-            if let Ok(mut last) = last_report.try_lock()
-                && last.elapsed() >= Duration::from_millis(100)
-            {
+            // Whoever finds a report due makes it; the lock keeps reports apart.
+            let due = last_report.try_lock().ok().filter(|last| last.elapsed() >= Duration::from_millis(100));
+            if let Some(mut last) = due {
                 *last = Instant::now();
                 let (samples, noise) = passes.noise();
                 let by_time = settings.time_limit.map_or(0.0, |t| start.elapsed().as_secs_f32() / t.as_secs_f32());

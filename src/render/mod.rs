@@ -5,6 +5,5 @@ pub mod film;
 pub mod image;
 pub mod job;
 pub mod passes;
-pub mod pool;
 
 pub use image::Image;

@@ -166,7 +166,7 @@ impl Passes {
                 state.fold(tile, self.pixels);
             }
             state.film.passes += 1;
-            if state.film.passes.is_power_of_two() || state.film.passes % 8 == 0 {
+            if state.film.passes.is_power_of_two() || state.film.passes.is_multiple_of(8) {
                 state.noise = state.film.noise();
             }
             if time_limit.is_some_and(|limit| start.elapsed() >= limit) {

@@ -35,11 +35,11 @@ impl RoughDielectric {
         let (n_1, n_2) = self.interface.indices(front);
         let h = self.ggx.sample(wo, u);
         let cos_1 = wo.dot(h).clamp(0.0, 1.0);
-        if let Some(cos_2) = refraction_cosine(n_1, n_2, cos_1) {
-            if u_branch >= reflectance(n_1, cos_1, n_2, cos_2) {
-                let wi = bend(wo, h, n_1 / n_2, cos_1, cos_2);
-                return (wi.z < 0.0).then_some(wi);
-            }
+        if let Some(cos_2) = refraction_cosine(n_1, n_2, cos_1)
+            && u_branch >= reflectance(n_1, cos_1, n_2, cos_2)
+        {
+            let wi = bend(wo, h, n_1 / n_2, cos_1, cos_2);
+            return (wi.z < 0.0).then_some(wi);
         }
         let wi = reflect(wo, h);
         (wi.z > 0.0).then_some(wi)

@@ -1,5 +1,5 @@
 //! What a host or a file says about a scene. Plain data: anything may be wrong in it until
-//! [`super::commit`] has looked.
+//! [`super::World::commit`] has looked.
 
 use crate::math::Rgb;
 use glam::{DAffine3, DVec3};

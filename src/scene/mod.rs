@@ -2,6 +2,7 @@
 
 pub mod description;
 mod fingerprint;
+mod rebase;
 mod validate;
 pub mod world;
 

@@ -1,13 +1,13 @@
 //! The committed scene: immutable, shared by renders.
 
 use super::description::{self, Description, Geometry, Instance, Medium, MeshDescription};
-use super::{SceneError, fingerprint, validate};
+use super::{SceneError, fingerprint, rebase, validate};
 use crate::emitter::Lights;
 use crate::geometry::{Mesh, Ray, Shape, Sphere, SurfacePoint};
 use crate::intersect::{self, Backend, Intersector};
 use crate::math::Rgb;
 use crate::scatter::Bsdf;
-use glam::{DMat3, Vec3};
+use glam::{DMat3, DVec3, Vec3};
 use std::time::Instant;
 
 /// Choices of a commit.
@@ -74,6 +74,9 @@ pub struct World {
     pub cameras: Vec<description::Camera>,
     /// What is switched on.
     pub requirements: Requirements,
+    /// Where the world's origin lies in the description's space: 0, unless the scene is so far from
+    /// its origin that f32 would lose its shape.
+    pub origin: DVec3,
     /// Centre and radius of a sphere around all shapes.
     pub bounds: (Vec3, f32),
     /// Seconds that the commit took.
@@ -88,6 +91,10 @@ impl World {
     pub fn commit(description: &Description, options: CommitOptions) -> Result<World, SceneError> {
         let start = Instant::now();
         validate::validate(description)?;
+        let origin = rebase::origin(description);
+        let (meshes, hash) = (&description.meshes, fingerprint::fingerprint(description));
+        let moved = (origin != DVec3::ZERO).then(|| rebase::moved(description, origin));
+        let description = moved.as_ref().unwrap_or(description);
         let mut warnings = Vec::new();
 
         let mut media = vec![Medium::VACUUM];
@@ -103,7 +110,7 @@ impl World {
             let shape = match instance.geometry {
                 Geometry::Sphere { radius } => Shape::Sphere(place_sphere(instance, radius)),
                 Geometry::Mesh(mesh) => {
-                    let placed = place_mesh(instance, &description.meshes[mesh])?;
+                    let placed = place_mesh(instance, &meshes[mesh])?;
                     check_placed(index, instance, &placed, &mut warnings)?;
                     Shape::Mesh(placed)
                 }
@@ -120,7 +127,7 @@ impl World {
         if lights.is_empty() {
             warnings.push("the scene has no light: the image will be black".to_owned());
         }
-        let threads = crate::render::pool::thread_count(options.threads);
+        let threads = crate::pool::thread_count(options.threads);
         let intersector = intersect::build(options.backend, &shapes, threads)
             .map_err(|error| SceneError::Backend(error.to_string()))?;
 
@@ -141,10 +148,11 @@ impl World {
             intersector,
             cameras: description.cameras.clone(),
             requirements,
+            origin,
             bounds,
             commit_seconds: 0.0,
             warnings,
-            hash: fingerprint::fingerprint(description),
+            hash,
         };
         world.light_media = world.probe_light_media();
         world.commit_seconds = start.elapsed().as_secs_f64();

@@ -371,9 +371,7 @@ impl<'w> Tracer<'w> {
                 walk.beta *= adjoint;
                 walk.roulette *= adjoint;
             }
-            if sample.transmitted
-                && let Some(boundary) = world.boundary(hit.shape)
-            {
+            if let Some(boundary) = world.boundary(hit.shape).filter(|_| sample.transmitted) {
                 let before = world.media[walk.medium as usize].ior;
                 walk.medium = boundary.medium_toward(&at, wi);
                 if walk.mode == TransportMode::Radiance {
@@ -491,9 +489,7 @@ impl<'w> Tracer<'w> {
         let direction = walk.ray.direction;
         let Some((radiance, densities)) = self.world.lights.escape(direction) else { return };
         let Some(light) = self.world.lights.environment() else { return };
-        if edge.chain == 0
-            && let Departure::Vertex { .. } = edge.departure
-        {
+        if edge.chain == 0 && matches!(edge.departure, Departure::Vertex { .. }) {
             self.depart(edge, walk.mode, None, direction, 0.0, Vec3::ZERO);
         }
         let end = EdgeEnd { distance_squared: 0.0, cos: 1.0, at_infinity: true, medium: walk.medium };

@@ -1,5 +1,5 @@
 //! Small scenes built in code, and statistics, for the integration tests.
-#![allow(dead_code)]
+#![allow(dead_code, unreachable_pub)]
 
 pub mod oracle;
 pub mod scenes;
@@ -13,18 +13,18 @@ use glam::{DAffine3, DVec3, Vec3};
 
 /// Collects a description.
 #[derive(Default)]
-pub struct Builder(pub Description);
+pub(crate) struct Builder(pub Description);
 
 impl Builder {
-    pub fn material(&mut self, scattering: Scattering) -> usize {
+    pub(crate) fn material(&mut self, scattering: Scattering) -> usize {
         self.emitter(scattering, Rgb::ZERO)
     }
 
-    pub fn diffuse(&mut self, albedo: f32) -> usize {
+    pub(crate) fn diffuse(&mut self, albedo: f32) -> usize {
         self.material(Scattering::Diffuse { reflectance: Rgb::splat(albedo) })
     }
 
-    pub fn glass(&mut self, ior: f32, roughness: f32) -> usize {
+    pub(crate) fn glass(&mut self, ior: f32, roughness: f32) -> usize {
         self.material(Scattering::Dielectric {
             inside: Medium { ior, absorption: Rgb::ZERO },
             outside: Medium::VACUUM,
@@ -33,17 +33,17 @@ impl Builder {
         })
     }
 
-    pub fn emitter(&mut self, scattering: Scattering, emission: Rgb) -> usize {
+    pub(crate) fn emitter(&mut self, scattering: Scattering, emission: Rgb) -> usize {
         let name = format!("material {}", self.0.materials.len());
         self.0.materials.push(Material { name, scattering, emission, emission_two_sided: false });
         self.0.materials.len() - 1
     }
 
-    pub fn lamp(&mut self, radiance: f32) -> usize {
+    pub(crate) fn lamp(&mut self, radiance: f32) -> usize {
         self.emitter(Scattering::Diffuse { reflectance: Rgb::ZERO }, Rgb::splat(radiance))
     }
 
-    pub fn mesh(&mut self, mesh: MeshDescription, material: usize, transform: DAffine3) {
+    pub(crate) fn mesh(&mut self, mesh: MeshDescription, material: usize, transform: DAffine3) {
         self.0.meshes.push(mesh);
         let name = format!("instance {}", self.0.instances.len());
         let geometry = Geometry::Mesh(self.0.meshes.len() - 1);
@@ -51,14 +51,14 @@ impl Builder {
     }
 
     /// A parallelogram from a corner and two edges; its front is on the side of `e1 x e2`.
-    pub fn quad(&mut self, corner: Vec3, e1: Vec3, e2: Vec3, material: usize) {
+    pub(crate) fn quad(&mut self, corner: Vec3, e1: Vec3, e2: Vec3, material: usize) {
         let positions = [corner, corner + e1, corner + e1 + e2, corner + e2].map(|p| p.to_array()).to_vec();
         let mesh = MeshDescription { positions, triangles: vec![[0, 1, 2], [0, 2, 3]], ..Default::default() };
         self.mesh(mesh, material, DAffine3::IDENTITY);
     }
 
     /// An axis-aligned box; its front is outside, or inside where `inward`.
-    pub fn cuboid(&mut self, low: Vec3, high: Vec3, inward: bool, material: usize) {
+    pub(crate) fn cuboid(&mut self, low: Vec3, high: Vec3, inward: bool, material: usize) {
         let d = high - low;
         let (x, y, z) = (Vec3::X * d.x, Vec3::Y * d.y, Vec3::Z * d.z);
         let faces = [(low, y, x), (low, z, y), (low, x, z), (low + z, x, y), (low + x, y, z), (low + y, z, x)];
@@ -67,18 +67,18 @@ impl Builder {
         }
     }
 
-    pub fn sphere(&mut self, center: DVec3, radius: f64, material: usize) {
+    pub(crate) fn sphere(&mut self, center: DVec3, radius: f64, material: usize) {
         let name = format!("sphere {}", self.0.instances.len());
         let transform = DAffine3::from_translation(center);
         self.0.instances.push(Instance { name, geometry: Geometry::Sphere { radius }, material, transform });
     }
 
-    pub fn light(&mut self, kind: LightKind) {
+    pub(crate) fn light(&mut self, kind: LightKind) {
         let name = format!("light {}", self.0.lights.len());
         self.0.lights.push(Light { name, kind });
     }
 
-    pub fn camera(&mut self, from: DVec3, to: DVec3, projection: Projection) {
+    pub(crate) fn camera(&mut self, from: DVec3, to: DVec3, projection: Projection) {
         let back = (from - to).normalize();
         let right = DVec3::Y.cross(back).normalize();
         let rotation = glam::DMat3::from_cols(right, back.cross(right), back);
@@ -86,17 +86,17 @@ impl Builder {
         self.0.cameras.push(Camera { name: "camera".to_owned(), transform, projection });
     }
 
-    pub fn perspective(&mut self, from: [f64; 3], to: [f64; 3], yfov: f64) {
+    pub(crate) fn perspective(&mut self, from: [f64; 3], to: [f64; 3], yfov: f64) {
         self.camera(from.into(), to.into(), Projection::Perspective { yfov });
     }
 
-    pub fn commit(&self) -> World {
+    pub(crate) fn commit(&self) -> World {
         World::commit(&self.0, CommitOptions::default()).expect("a valid scene")
     }
 }
 
 /// A sphere of triangles with exact vertex normals, from a subdivided icosahedron.
-pub fn icosphere(radius: f32, subdivisions: u32, smooth: bool) -> MeshDescription {
+pub(crate) fn icosphere(radius: f32, subdivisions: u32, smooth: bool) -> MeshDescription {
     let g = (1.0 + 5f32.sqrt()) / 2.0;
     let mut p: Vec<Vec3> = [
         [-1.0, g, 0.0],
@@ -160,12 +160,12 @@ pub fn icosphere(radius: f32, subdivisions: u32, smooth: bool) -> MeshDescriptio
 }
 
 /// Settings for a small square image.
-pub fn settings(integrator: Integrator, side: u32, samples: u32, seed: u64) -> Settings {
+pub(crate) fn settings(integrator: Integrator, side: u32, samples: u32, seed: u64) -> Settings {
     Settings { integrator, width: side, height: side, samples, seed, threads: 0, max_depth: 10, ..Settings::default() }
 }
 
 /// Renders, expecting success and no non-finite value.
-pub fn run(world: &World, settings: &Settings) -> Output {
+pub(crate) fn run(world: &World, settings: &Settings) -> Output {
     let output = render(world, settings, &Cancel::default(), &|_| ()).expect("a render");
     assert_eq!(output.statistics.non_finite, 0, "non-finite: {:?}", output.statistics.first_non_finite);
     output

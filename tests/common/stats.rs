@@ -5,7 +5,7 @@ use caustica::render::Image;
 
 /// Mean and standard error of the mean of each block of an image, from independent runs.
 #[derive(Clone, Debug)]
-pub struct Blocks {
+pub(crate) struct Blocks {
     pub mean: Vec<f64>,
     pub error: Vec<f64>,
     /// The same of the whole image.
@@ -13,7 +13,7 @@ pub struct Blocks {
 }
 
 /// Mean luminance of each `block` x `block` square.
-pub fn block_means(image: &Image, block: u32) -> Vec<f64> {
+pub(crate) fn block_means(image: &Image, block: u32) -> Vec<f64> {
     let (bw, bh) = (image.width / block, image.height / block);
     let mut sums = vec![0.0; (bw * bh) as usize];
     for y in 0..bh * block {
@@ -26,7 +26,7 @@ pub fn block_means(image: &Image, block: u32) -> Vec<f64> {
 }
 
 /// Mean and standard error over runs.
-pub fn mean_and_error(values: &[f64]) -> (f64, f64) {
+pub(crate) fn mean_and_error(values: &[f64]) -> (f64, f64) {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
     let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
@@ -34,7 +34,7 @@ pub fn mean_and_error(values: &[f64]) -> (f64, f64) {
 }
 
 /// Over at least two runs with different seeds.
-pub fn blocks(runs: &[Image], block: u32) -> Blocks {
+pub(crate) fn blocks(runs: &[Image], block: u32) -> Blocks {
     let per_run: Vec<Vec<f64>> = runs.iter().map(|r| block_means(r, block)).collect();
     let columns = (0..per_run[0].len()).map(|i| per_run.iter().map(|r| r[i]).collect::<Vec<_>>());
     let (mean, error) = columns.map(|c| mean_and_error(&c)).unzip();
@@ -43,7 +43,7 @@ pub fn blocks(runs: &[Image], block: u32) -> Blocks {
 }
 
 /// z-scores of the differences of two estimates.
-pub fn z_scores(a: &Blocks, b: &Blocks) -> Vec<f64> {
+pub(crate) fn z_scores(a: &Blocks, b: &Blocks) -> Vec<f64> {
     let z = |i: usize| {
         let error = a.error[i].hypot(b.error[i]);
         // Blocks that are exactly equal (black in both) say nothing.
@@ -55,7 +55,7 @@ pub fn z_scores(a: &Blocks, b: &Blocks) -> Vec<f64> {
 /// Whether z-scores look like N(0, 1), at a family-wise level of about 1e-3: no score beyond the
 /// Bonferroni bound widened for the t distribution with `degrees` of freedom, mean square within its
 /// own 4 sigma. Returns what is wrong.
-pub fn check_normal(name: &str, z: &[f64], degrees: f64) -> Result<(), String> {
+pub(crate) fn check_normal(name: &str, z: &[f64], degrees: f64) -> Result<(), String> {
     let n = z.len() as f64;
     // Student's t: variance d/(d-2), and a heavier tail.
     let variance = degrees / (degrees - 2.0);

@@ -23,14 +23,18 @@ pub(crate) fn run(args: &Backends) -> Result<(), Failure> {
     let rays = rays(&embree, args.rays, args.seed)?;
 
     let mut text = format!("{}: {} triangles\n\n", args.scene.display(), embree.triangle_count());
-    text += "speed, one thread       build      memory     closest     occluded\n";
+    writeln!(
+        text,
+        "{:<38} {:>8}  {:>10}  {:>12}  {:>12}",
+        "speed, one thread", "build", "memory", "closest", "occluded"
+    )?;
     for world in [&embree, &obvhs] {
         let tracer = &world.intersector;
         let closest = rate(&rays, |ray| tracer.closest(ray).is_some());
         let occluded = rate(&rays, |ray| tracer.occluded(ray));
         writeln!(
             text,
-            "  {:<18} {:>8}  {:>10}  {:>6}rays/s  {:>6}rays/s",
+            "  {:<36} {:>8}  {:>10}  {:>6}rays/s  {:>6}rays/s",
             tracer.describe(),
             units::time(world.commit_seconds),
             units::bytes(tracer.memory()),
@@ -58,7 +62,7 @@ pub(crate) fn run(args: &Backends) -> Result<(), Failure> {
     for output in [&a, &b] {
         let s = &output.statistics;
         let rate = spaced(units::si(s.rays() as f64 / s.render_seconds.max(1e-9)));
-        writeln!(text, "  {:<18} {:>8}  {rate:>6}rays/s", s.backend, units::time(s.render_seconds))?;
+        writeln!(text, "  {:<36} {:>8}  {rate:>6}rays/s", s.backend, units::time(s.render_seconds))?;
     }
     let same = a.image.pixels.iter().zip(&b.image.pixels).filter(|(p, q)| p == q).count();
     writeln!(text, "  {same} of {} pixels equal bit for bit; obvhs against Embree:", a.image.pixels.len())?;

@@ -123,13 +123,19 @@ fn surface(material: &Material) -> String {
         Scattering::Conductor { reflectance, roughness } => {
             format!("conductor {}, roughness {roughness}", rgb(reflectance))
         }
-        Scattering::MetallicRoughness(m) => format!(
-            "metallic-roughness, base colour {}, metallic {}, roughness {}, transmission {}",
-            rgb(m.base_color),
-            m.metallic,
-            m.roughness,
-            m.transmission
-        ),
+        Scattering::MetallicRoughness(m) => {
+            let base = rgb(m.base_color);
+            let text = format!("base colour {base}, metallic {}, roughness {}", m.metallic, m.roughness);
+            if m.transmission == 0.0 {
+                return text;
+            }
+            let body = match (m.solid, m.absorption == Rgb::ZERO) {
+                (false, _) => "thin",
+                (true, true) => "solid",
+                (true, false) => "absorbing solid",
+            };
+            format!("{text}, {body}, transmission {}, ior {}", m.transmission, m.ior)
+        }
     }
 }
 

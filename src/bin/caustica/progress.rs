@@ -29,8 +29,8 @@ impl Meter {
     /// Called from the render's workers.
     pub(crate) fn report(&self, progress: Progress) {
         if let Some(bar) = &self.bar {
-            bar.set_position((f64::from(progress.fraction) * STEPS as f64) as u64);
             bar.set_message(line(&progress));
+            bar.set_position((f64::from(progress.fraction) * STEPS as f64) as u64);
         }
         *self.last.lock().unwrap_or_else(|poisoned| poisoned.into_inner()) = Some(progress);
     }
@@ -48,7 +48,8 @@ impl Meter {
 fn line(p: &Progress) -> String {
     let elapsed = p.elapsed.as_secs_f64();
     let fraction = f64::from(p.fraction);
-    let mut text = format!("{:3.0} %", fraction * 100.0);
+    // Rounded down: 100 is for what is done.
+    let mut text = format!("{:3.0} %", (fraction * 100.0).floor());
     if elapsed > 0.0 {
         text += &format!("  {}rays/s", spaced(units::si(p.rays as f64 / elapsed)));
     }
@@ -91,5 +92,6 @@ mod tests {
         assert_eq!(line(&progress(0.0, f32::NAN)), "  0 %  12.0 Mrays/s");
         let start = Progress { elapsed: Duration::ZERO, ..progress(0.0, f32::NAN) };
         assert_eq!(line(&start), "  0 %");
+        assert!(line(&progress(0.999, 0.01)).starts_with(" 99 %"));
     }
 }

@@ -113,7 +113,7 @@ fn report(output: &Output, noise: Option<String>, console: Console) {
     let s = &output.statistics;
     let rate = progress::spaced(units::si(s.rays() as f64 / s.render_seconds.max(1e-9)));
     let mut line = format!(
-        "{} per pixel in {}: {rate}rays/s on {} ({})",
+        "{} per pixel in {}: {rate}rays/s on {}, {}",
         units::count(s.samples as usize, "sample", "samples"),
         units::time(s.render_seconds),
         units::count(s.threads as usize, "thread", "threads"),

@@ -47,7 +47,7 @@ pub(super) unsafe fn closest(scene: ffi::RTCScene, r: &Ray) -> Option<Hit> {
     // arguments stand for the defaults.
     unsafe { ffi::rtcIntersect1(scene, &mut query, std::ptr::null_mut()) };
     let hit = &query.hit;
-    (hit.geomID != ffi::INVALID_GEOMETRY).then(|| Hit {
+    (hit.geomID != ffi::INVALID_GEOMETRY).then_some(Hit {
         t: query.ray.tfar,
         u: hit.u,
         v: hit.v,

@@ -27,8 +27,8 @@ pub struct Obvhs {
 }
 
 impl Obvhs {
-    /// Builds, on the calling thread.
-    pub fn build(shapes: &[Shape]) -> Result<Obvhs, BackendError> {
+    /// Builds, on the calling thread alone: obvhs would share the work by rayon's global pool only.
+    pub fn build(shapes: &[Shape], _threads: usize) -> Result<Obvhs, BackendError> {
         let count = super::check(shapes)?;
         let refuse = |_| failed("obvhs", format!("no memory for {count} primitives"));
         let (mut unordered, mut boxes) = (Vec::new(), Vec::new());

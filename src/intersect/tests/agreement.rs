@@ -27,7 +27,6 @@ fn both(shapes: &[Shape], scale: f32, offset: Vec3) -> Comparison {
 
 /// Measured: 1 to 7 rays of 200 000, within 0.3 roundings of an edge.
 fn judge(c: &Comparison, case: &str) {
-    eprintln!("{case}\n{c}");
     assert!(c.rays == RAYS as u64 && c.different() <= 20, "{case}: {c}");
     assert!(c.max_edge_roundings < 1.0, "{case}: {c}\n{:?}", c.worst.first());
     assert!(c.max_claimed_error < 1.0, "{case}: {c}");

@@ -104,10 +104,10 @@ impl<'a> Accessor<'a> {
 
     /// Bytes of element `i`; `None` for one of zeros. `i` is below `count`.
     fn element(&self, i: usize) -> Option<&'a [u8]> {
-        if let Some(sparse) = &self.sparse {
-            if let Ok(at) = sparse.indices.binary_search(&(i as u32)) {
-                return Some(sparse.values.get(at));
-            }
+        if let Some(sparse) = &self.sparse
+            && let Ok(at) = sparse.indices.binary_search(&(i as u32))
+        {
+            return Some(sparse.values.get(at));
         }
         self.base.as_ref().map(|base| base.get(i))
     }

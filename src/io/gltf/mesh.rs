@@ -107,7 +107,7 @@ pub(super) fn convert(
         Ok(list)
     };
 
-    if mode == Mode::Triangles && corners.len() % 3 != 0 {
+    if mode == Mode::Triangles && !corners.len().is_multiple_of(3) {
         warn(&format!(
             "primitives[{number}] has {} vertices, the last {} are left out",
             corners.len(),

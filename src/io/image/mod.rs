@@ -117,7 +117,7 @@ pub fn openimageio_version() -> Result<&'static str, String> {
     oiio::version().map_err(|failure| failure.to_string())
 }
 
-/// Whether [`write`] to `path` can be expected to work, asked before hours of rendering: the format
+/// Whether [`write()`] to `path` can be expected to work, asked before hours of rendering: the format
 /// is known, its library opens, the directory exists and takes a new file, and a file that is there
 /// already may be replaced.
 pub fn check_writable(path: &Path, options: &WriteOptions) -> Result<(), ImageError> {

@@ -88,6 +88,28 @@ fn branches_come_as_often_as_they_say() {
     }
 }
 
+/// In a mixture a branch carries its lobe's share of the material, whatever its chance to be drawn.
+#[test]
+fn branches_in_mixtures_carry_their_share() {
+    let at = flat();
+    let m = MetallicRoughness { roughness: 0.0, metallic: 0.2, transmission: 0.5, solid: true, ..gltf() };
+    let bsdf = Bsdf::new(&Scattering::MetallicRoughness(m));
+    let wo = direction(&at, 1.0, 0.0);
+    let mut branches: Vec<BsdfSample> = Vec::new();
+    for k in 0..1000 {
+        let s = bsdf.sample(&at, wo, TransportMode::Importance, (k as f32 + 0.5) / 1000.0, Vec2::splat(0.4)).unwrap();
+        if !s.connectable && !branches.iter().any(|b| b.pdf == s.pdf) {
+            branches.push(s);
+        }
+    }
+    // In the order of the lobes at normal incidence: metal, coat, and glass in two branches.
+    let expected = [m.base_color * 0.2, Rgb::splat(0.4 * 0.04), Rgb::splat(0.4 * 0.04), m.base_color * (0.4 * 0.96)];
+    assert_eq!(branches.len(), 4);
+    for (b, e) in branches.iter().zip(expected) {
+        assert!((b.weight * b.pdf - e).length() < 1e-6, "{b:?} {e}");
+    }
+}
+
 #[test]
 fn a_thin_sheet_passes_light_straight_on() {
     let at = flat();

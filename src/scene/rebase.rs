@@ -1,0 +1,101 @@
+//! A scene far from its origin is moved there, in f64, before it becomes f32: at 10 km, f32 knows
+//! positions to a millimetre only.
+
+use super::description::{Description, Geometry, LightKind};
+use glam::DVec3;
+
+/// A scene is moved if its centre is farther from the origin than this many times its radius. Nearer
+/// scenes keep their coordinates: f32 loses three bits at most.
+const FAR: f64 = 8.0;
+
+/// The point to become the origin; zero where the scene may stay.
+pub(super) fn origin(d: &Description) -> DVec3 {
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let local: Vec<(DVec3, DVec3)> = d
+        .meshes
+        .iter()
+        .map(|mesh| {
+            let positions = mesh.positions.iter().map(|&p| DVec3::from(p.map(f64::from)));
+            positions.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), p| (lo.min(p), hi.max(p)))
+        })
+        .collect();
+    for instance in &d.instances {
+        let (lo, hi) = match instance.geometry {
+            Geometry::Mesh(mesh) => local[mesh],
+            Geometry::Sphere { radius } => (DVec3::splat(-radius), DVec3::splat(radius)),
+        };
+        if lo.x > hi.x {
+            continue;
+        }
+        for corner in 0..8 {
+            let pick = |axis: usize| if corner >> axis & 1 == 0 { lo[axis] } else { hi[axis] };
+            let p = instance.transform.transform_point3(DVec3::new(pick(0), pick(1), pick(2)));
+            low = low.min(p);
+            high = high.max(p);
+        }
+    }
+    if low.x > high.x {
+        return DVec3::ZERO;
+    }
+    let (center, radius) = (low * 0.5 + high * 0.5, (high - low).length() * 0.5);
+    if center.length() > FAR * radius && center.is_finite() { center } else { DVec3::ZERO }
+}
+
+/// The description with `origin` as its origin; its meshes are left out, since they do not change.
+pub(super) fn moved(d: &Description, origin: DVec3) -> Description {
+    let mut d = Description {
+        meshes: Vec::new(),
+        materials: d.materials.clone(),
+        instances: d.instances.clone(),
+        lights: d.lights.clone(),
+        environment: d.environment,
+        cameras: d.cameras.clone(),
+    };
+    for instance in &mut d.instances {
+        instance.transform.translation -= origin;
+    }
+    for camera in &mut d.cameras {
+        camera.transform.translation -= origin;
+    }
+    for light in &mut d.lights {
+        match &mut light.kind {
+            LightKind::Point { position, .. } | LightKind::Spot { position, .. } => *position -= origin,
+            LightKind::Directional { .. } => {}
+        }
+    }
+    d
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Rgb;
+    use crate::scene::description::{Instance, Light};
+    use glam::DAffine3;
+
+    fn sphere_at(center: DVec3) -> Description {
+        let instance = Instance {
+            name: String::new(),
+            geometry: Geometry::Sphere { radius: 1.0 },
+            material: 0,
+            transform: DAffine3::from_translation(center),
+        };
+        let kind = LightKind::Point { position: center + DVec3::Y, intensity: Rgb::ONE };
+        Description {
+            instances: vec![instance],
+            lights: vec![Light { name: String::new(), kind }],
+            ..Description::default()
+        }
+    }
+
+    #[test]
+    fn only_a_far_scene_moves_and_all_of_it_does() {
+        assert_eq!(origin(&sphere_at(DVec3::new(3.0, 0.0, 0.0))), DVec3::ZERO);
+        let far = sphere_at(DVec3::new(1e6, -2e6, 3e6));
+        let o = origin(&far);
+        assert_eq!(o, DVec3::new(1e6, -2e6, 3e6));
+        let near = moved(&far, o);
+        assert_eq!(near.instances[0].transform.translation, DVec3::ZERO);
+        assert!(matches!(near.lights[0].kind, LightKind::Point { position, .. } if position == DVec3::Y));
+    }
+}

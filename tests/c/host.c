@@ -1,0 +1,340 @@
+/* What a host may rely on: asynchronous renders, callbacks, snapshots, floating-point state, fork,
+ * threads. Prints "ok" and a hash of one image. */
+#define _DEFAULT_SOURCE
+#include "caustica.h"
+#include <dirent.h>
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+#if defined(__x86_64__)
+#include <xmmintrin.h>
+#endif
+
+#define TRUE(condition)                                                                                      \
+    do {                                                                                                     \
+        if (!(condition)) {                                                                                  \
+            caustica_detail detail_;                                                                         \
+            detail_.struct_size = sizeof detail_;                                                            \
+            caustica_last_error(NULL, &detail_);                                                             \
+            printf("line %d: not %s (last error: %s)\n", __LINE__, #condition, detail_.text);                \
+            exit(1);                                                                                         \
+        }                                                                                                    \
+    } while (0)
+#define OK(call) TRUE((call) == CAUSTICA_OK)
+
+/* Whether this thread flushes denormal numbers to zero, as in a host that was linked with -ffast-math. */
+static bool flushes(void) {
+#if defined(__x86_64__)
+    return (_mm_getcsr() & 0x8040) != 0;
+#else
+    return false;
+#endif
+}
+
+static caustica_device* device;
+static caustica_scene scene;
+static caustica_instance ball;
+static int messages[4];
+static char last_message[512];
+
+static void on_message(void* user, uint32_t severity, const caustica_detail* detail) {
+    caustica_scene made;
+    TRUE(user == messages);
+    TRUE(severity >= CAUSTICA_SEVERITY_INFO && severity <= CAUSTICA_SEVERITY_ERROR);
+    TRUE(!flushes()); /* the library computes here */
+    ++messages[severity];
+    memcpy(last_message, detail->text, sizeof last_message);
+    /* Not callback-safe; and its error is not a message inside a message. */
+    TRUE(caustica_scene_create(device, &made) == CAUSTICA_ERROR_WRONG_STATE);
+}
+
+/* Whether this thread is the only one of the process. One that was joined may be listed for a moment. */
+static bool alone(void) {
+    int n = 0;
+    for (int attempt = 0; attempt < 1000 && n != 1; ++attempt) {
+        DIR* tasks = opendir("/proc/self/task");
+        TRUE(tasks != NULL);
+        n = 0;
+        for (struct dirent* entry = readdir(tasks); entry != NULL; entry = readdir(tasks)) n += entry->d_name[0] != '.';
+        closedir(tasks);
+        if (n != 1) usleep(1000);
+    }
+    return n == 1;
+}
+
+static caustica_material make_material(uint32_t model, float emission) {
+    caustica_material_desc desc;
+    caustica_material material;
+    desc.struct_size = sizeof desc;
+    OK(caustica_material_desc_init(&desc, model));
+    for (int c = 0; c < 3; ++c) desc.emission[c] = emission;
+    OK(caustica_material_create(device, &desc, &material));
+    return material;
+}
+
+/* A glass ball in a lit room of nothing, seen from z = 5. */
+static void build(void) {
+    const float sky[3] = {0.5f, 0.75f, 1};
+    const double lamp_at[12] = {1, 0, 0, 2, 0, 1, 0, 2, 0, 0, 1, 2};
+    caustica_camera_desc camera;
+    caustica_material glass = make_material(CAUSTICA_MATERIAL_DIELECTRIC, 0);
+    memset(&camera, 0, sizeof camera);
+    camera.struct_size = sizeof camera;
+    camera.projection = CAUSTICA_CAMERA_PERSPECTIVE;
+    camera.transform[0] = camera.transform[5] = camera.transform[10] = 1;
+    camera.transform[11] = 5;
+    camera.yfov = 0.8;
+    OK(caustica_scene_create(device, &scene));
+    OK(caustica_scene_set_environment(device, scene, sky));
+    OK(caustica_scene_add_sphere(device, scene, 1, glass, NULL, "ball", &ball));
+    OK(caustica_scene_add_sphere(device, scene, 0.2, make_material(CAUSTICA_MATERIAL_DIFFUSE, 9), lamp_at, "lamp", NULL));
+    OK(caustica_scene_add_camera(device, scene, &camera, NULL));
+    OK(caustica_material_release(device, glass)); /* the ball keeps it */
+}
+
+static caustica_render_desc request(uint32_t samples) {
+    caustica_render_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = sizeof desc;
+    desc.scene = scene;
+    desc.width = 40;
+    desc.height = 30;
+    desc.samples = samples;
+    desc.seed = 11;
+    return desc;
+}
+
+enum { ROW = 40 * 3 + 5, ROWS = 30 };
+
+/* FNV-1a over the pixels, read with a gap after each row that must stay as it is. */
+static uint64_t hash(caustica_render_job render) {
+    static float data[ROWS][ROW];
+    uint64_t h = 1469598103934665603u;
+    caustica_pixels pixels;
+    memset(&pixels, 0, sizeof pixels);
+    memset(data, 0x77, sizeof data);
+    pixels.struct_size = sizeof pixels;
+    pixels.format = CAUSTICA_FORMAT_RGB_F32;
+    pixels.data = data;
+    pixels.size = sizeof data - 5 * sizeof(float); /* the last row has no gap */
+    pixels.row_stride = sizeof data[0];
+    OK(caustica_render_read(device, render, &pixels));
+    for (int y = 0; y < ROWS; ++y) {
+        const unsigned char* bytes = (const unsigned char*)data[y];
+        for (size_t i = 0; i < 40 * 3 * sizeof(float); ++i) h = (h ^ bytes[i]) * 1099511628211u;
+        for (size_t i = 40 * 3 * sizeof(float); i < sizeof data[0]; ++i) TRUE(bytes[i] == 0x77);
+    }
+    return h;
+}
+
+static uint64_t render_hash(const caustica_render_desc* desc) {
+    caustica_render_job render;
+    uint64_t h;
+    OK(caustica_render(device, desc, &render));
+    h = hash(render);
+    OK(caustica_render_release(device, render));
+    return h;
+}
+
+struct observer {
+    pthread_t main_thread;
+    int calls;
+    int stop_after;
+    float fraction;
+};
+
+static bool on_progress(void* user, const caustica_progress* progress) {
+    struct observer* observer = user;
+    caustica_render_job other;
+    caustica_render_desc desc = request(1);
+    TRUE(progress->fraction >= observer->fraction && progress->fraction <= 1);
+    TRUE(progress->state == CAUSTICA_STATE_RUNNING);
+    TRUE(!flushes());
+    TRUE(caustica_render_start(device, &desc, &other) == CAUSTICA_ERROR_WRONG_STATE);
+    TRUE(caustica_device_release(device) == CAUSTICA_ERROR_WRONG_STATE);
+    observer->fraction = progress->fraction;
+    return ++observer->calls < observer->stop_after;
+}
+
+static void callbacks(void) {
+    struct observer observer = {pthread_self(), 0, 1000000, 0};
+    caustica_render_desc desc = request(8);
+    caustica_render_job render;
+    caustica_statistics statistics;
+    statistics.struct_size = sizeof statistics;
+    desc.progress = on_progress;
+    desc.user = &observer;
+    OK(caustica_render(device, &desc, &render));
+    TRUE(observer.calls >= 2 && observer.fraction == 1);
+    OK(caustica_render_result(device, render, &statistics));
+    TRUE(statistics.width == 40 && statistics.height == 30 && statistics.samples == 8);
+    TRUE(statistics.camera_rays == 40 * 30 * 8 && statistics.non_finite == 0);
+    TRUE(statistics.first_non_finite_pixel == UINT32_MAX && statistics.backend[0] != 0);
+    OK(caustica_render_release(device, render));
+
+    /* The callback ends a render that would take hours. */
+    observer.fraction = 0;
+    observer.calls = 0;
+    observer.stop_after = 2;
+    desc.samples = 100000000;
+    TRUE(caustica_render(device, &desc, &render) == CAUSTICA_CANCELLED);
+    TRUE(caustica_render_result(device, render, &statistics) == CAUSTICA_CANCELLED);
+    TRUE(statistics.samples < desc.samples);
+    hash(render);
+    OK(caustica_render_release(device, render));
+}
+
+static void asynchronous(void) {
+    caustica_render_desc desc = request(100000000);
+    caustica_render_job render, second;
+    caustica_progress progress;
+    caustica_pixels pixels;
+    memset(&pixels, 0, sizeof pixels);
+    pixels.struct_size = sizeof pixels;
+    progress.struct_size = sizeof progress;
+    OK(caustica_render_start(device, &desc, &render));
+    TRUE(caustica_render_wait(device, render, 0) == CAUSTICA_TIMEOUT);
+    TRUE(caustica_render_wait(device, render, 0.15) == CAUSTICA_TIMEOUT);
+    OK(caustica_render_poll(device, render, &progress));
+    TRUE(progress.state == CAUSTICA_STATE_RUNNING && progress.fraction < 1);
+    TRUE(caustica_render_result(device, render, NULL) == CAUSTICA_ERROR_WRONG_STATE);
+    pixels.format = CAUSTICA_FORMAT_RGB_F32;
+    TRUE(caustica_render_read(device, render, &pixels) == CAUSTICA_ERROR_WRONG_STATE);
+    OK(caustica_render_cancel(device, render));
+    OK(caustica_render_cancel(device, render));
+    OK(caustica_render_wait(device, render, -1));
+    OK(caustica_render_wait(device, render, 5));
+    TRUE(caustica_render_result(device, render, NULL) == CAUSTICA_CANCELLED);
+    OK(caustica_render_poll(device, render, &progress));
+    TRUE(progress.state == CAUSTICA_STATE_CANCELLED);
+    OK(caustica_render_release(device, render));
+
+    /* Released while it runs. */
+    OK(caustica_render_start(device, &desc, &second));
+    OK(caustica_render_release(device, second));
+    TRUE(alone());
+}
+
+/* A render keeps the snapshot it started with, and an edit shows after the next commit only. */
+static void snapshots(uint64_t before) {
+    const double moved[12] = {1, 0, 0, 0.5, 0, 1, 0, 0, 0, 0, 1, 0};
+    caustica_render_desc desc = request(4);
+    caustica_render_job render;
+    OK(caustica_instance_set_transform(device, ball, moved));
+    TRUE(render_hash(&desc) == before);
+    OK(caustica_render_start(device, &desc, &render));
+    OK(caustica_scene_commit(device, scene, NULL));
+    OK(caustica_render_wait(device, render, -1));
+    TRUE(hash(render) == before);
+    OK(caustica_render_release(device, render));
+    TRUE(render_hash(&desc) != before);
+    OK(caustica_instance_set_transform(device, ball, NULL));
+    OK(caustica_scene_commit(device, scene, NULL));
+    TRUE(render_hash(&desc) == before);
+}
+
+static void forked(void) {
+    caustica_render_desc desc = request(1);
+    int status = 0;
+    pid_t child = fork();
+    if (child == 0) {
+        caustica_render_job render;
+        caustica_detail detail;
+        detail.struct_size = sizeof detail;
+        if (caustica_render(device, &desc, &render) != CAUSTICA_ERROR_INVALID_HANDLE) _exit(1);
+        if (caustica_device_release(device) != CAUSTICA_ERROR_INVALID_HANDLE) _exit(2);
+        if (caustica_last_error(NULL, &detail) != CAUSTICA_OK) _exit(3);
+        _exit(strstr(detail.text, "fork") == NULL ? 4 : 0);
+    }
+    TRUE(child > 0 && waitpid(child, &status, 0) == child);
+    TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+}
+
+static caustica_device* create(uint32_t threads) {
+    caustica_device_options options;
+    caustica_device* made;
+    memset(&options, 0, sizeof options);
+    options.struct_size = sizeof options;
+    options.version = CAUSTICA_VERSION;
+    options.num_threads = threads;
+    options.message = on_message;
+    options.user = messages;
+    OK(caustica_device_create(&options, &made));
+    return made;
+}
+
+/* Many threads on one device: their own objects work, a shared scene works or is busy. */
+static void* many(void* user) {
+    int* busy = user;
+    for (int i = 0; i < 200; ++i) {
+        const float sky[3] = {0.5f, 0.75f, 1};
+        caustica_scene own;
+        caustica_result shared;
+        OK(caustica_scene_create(device, &own));
+        OK(caustica_scene_set_environment(device, own, sky));
+        shared = caustica_scene_set_environment(device, scene, sky);
+        TRUE(shared == CAUSTICA_OK || shared == CAUSTICA_ERROR_BUSY);
+        *busy += shared == CAUSTICA_ERROR_BUSY;
+        OK(caustica_scene_release(device, own));
+    }
+    return NULL;
+}
+
+static void concurrent(void) {
+    pthread_t threads[4];
+    int busy[4] = {0};
+    for (int i = 0; i < 4; ++i) TRUE(pthread_create(&threads[i], NULL, many, &busy[i]) == 0);
+    for (int i = 0; i < 4; ++i) pthread_join(threads[i], NULL);
+}
+
+int main(void) {
+    caustica_render_desc desc = request(4);
+    caustica_render_job render;
+    caustica_commit_report report;
+    uint64_t h;
+    const bool flushing = flushes();
+#if defined(__x86_64__) && defined(__FAST_MATH__)
+    TRUE(flushing);
+#endif
+    report.struct_size = sizeof report;
+    device = create(1);
+    build();
+    OK(caustica_scene_commit(device, scene, &report));
+    TRUE(report.triangle_count == 0 && report.scene_hash != 0);
+    desc.scene = scene;
+    h = render_hash(&desc);
+    desc.num_threads = 2;
+    TRUE(render_hash(&desc) == h);
+    desc.seed = 12;
+    TRUE(render_hash(&desc) != h);
+
+    callbacks();
+    asynchronous();
+    snapshots(h);
+    forked();
+    concurrent();
+
+    /* An error is a message too. */
+    TRUE(caustica_scene_create(device, NULL) == CAUSTICA_ERROR_INVALID_ARGUMENT);
+    TRUE(messages[CAUSTICA_SEVERITY_ERROR] > 0 && strstr(last_message, "scene") != NULL);
+
+    /* A device ends its renders. What was left alive is told. */
+    desc = request(100000000);
+    OK(caustica_render_start(device, &desc, &render));
+    OK(caustica_device_release(device));
+    TRUE(messages[CAUSTICA_SEVERITY_INFO] == 1 && strstr(last_message, "1 render") != NULL);
+    TRUE(caustica_render_release(device, render) == CAUSTICA_ERROR_INVALID_HANDLE);
+    TRUE(alone());
+
+    for (int i = 0; i < 3; ++i) {
+        device = create(2);
+        OK(caustica_device_release(device));
+    }
+    TRUE(alone());
+    TRUE(flushes() == flushing);
+    printf("ok %016llx\n", (unsigned long long)h);
+    return 0;
+}
