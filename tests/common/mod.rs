@@ -1,7 +1,9 @@
 //! Small scenes built in code, and statistics, for the integration tests.
 #![allow(dead_code, unreachable_pub)]
 
-pub(crate) mod stats;
+pub mod oracle;
+pub mod scenes;
+pub mod stats;
 
 use caustica::math::Rgb;
 use caustica::render::job::{Cancel, Integrator, Output, Settings, render};

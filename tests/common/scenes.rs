@@ -1,0 +1,249 @@
+//! Scenes that put one part of transport after another to work. All fit into a few metres and have
+//! no surfaces that touch at an angle: there an unweighted connection has no finite variance.
+
+use super::{Builder, icosphere};
+use caustica::math::Rgb;
+use caustica::scene::description::*;
+use glam::{DAffine3, DVec3, Vec3};
+
+const FROM: [f64; 3] = [0.375, 1.75, 4.25];
+const TO: [f64; 3] = [0.0, 0.7, 0.0];
+const YFOV: f64 = 0.62;
+
+/// Floor and, apart from it, a wall; both plain.
+pub fn stage(b: &mut Builder) {
+    let (floor, wall) = (b.diffuse(0.6), b.diffuse(0.4));
+    b.quad(Vec3::new(-1.75, 0.0, -1.5), Vec3::Z * 3.0, Vec3::X * 3.5, floor);
+    b.quad(Vec3::new(-1.5, 0.25, -2.0), Vec3::X * 3.0, Vec3::Y * 1.5, wall);
+}
+
+/// Two lamps above, unequal in size, power and colour, the second turned; they also reflect.
+pub fn lamps(b: &mut Builder) {
+    let reflecting = Scattering::Diffuse { reflectance: Rgb::splat(0.25) };
+    let large = b.emitter(reflecting, Rgb::splat(2.0));
+    b.quad(Vec3::new(-1.25, 2.5, -1.0), Vec3::X * 2.25, Vec3::Z * 2.0, large);
+    let small = b.emitter(reflecting, Rgb::new(3.0, 2.0, 1.5));
+    b.quad(Vec3::new(1.25, 1.75, -0.25), Vec3::new(0.75, 0.5, 0.0), Vec3::Z * 1.0, small);
+}
+
+/// One lamp so wide that paths which end by chance on it make little noise.
+fn wide_lamp(b: &mut Builder) {
+    let lamp = b.emitter(Scattering::Diffuse { reflectance: Rgb::splat(0.25) }, Rgb::splat(1.0));
+    b.quad(Vec3::new(-2.5, 2.5, -2.0), Vec3::X * 5.0, Vec3::Z * 4.5, lamp);
+}
+
+fn view(b: &mut Builder) {
+    b.perspective(FROM, TO, YFOV);
+}
+
+fn at(x: f64, y: f64, z: f64) -> DAffine3 {
+    DAffine3::from_translation(DVec3::new(x, y, z))
+}
+
+/// A scene of the stage, lamps and what the caller adds.
+fn lit(lamps: impl Fn(&mut Builder), objects: impl Fn(&mut Builder)) -> Builder {
+    let mut b = Builder::default();
+    stage(&mut b);
+    objects(&mut b);
+    lamps(&mut b);
+    view(&mut b);
+    b
+}
+
+fn plain_objects(b: &mut Builder) {
+    let ball = b.diffuse(0.8);
+    b.sphere(DVec3::new(-0.5, 0.875, 0.0), 0.5, ball);
+    let panel = b.diffuse(0.5);
+    b.quad(Vec3::new(0.5, 0.25, -0.5), Vec3::new(0.75, 0.0, 0.5), Vec3::Y * 0.75, panel);
+}
+
+/// Lambertian surfaces only.
+pub fn diffuse() -> Builder {
+    lit(lamps, plain_objects)
+}
+
+/// The same with rough metal, and with the glTF model's coat over a diffuse base.
+pub fn glossy() -> Builder {
+    lit(lamps, |b| {
+        let metal = b.material(Scattering::Conductor { reflectance: Rgb::new(0.9, 0.7, 0.5), roughness: 0.6 });
+        b.sphere(DVec3::new(-0.5, 0.875, 0.0), 0.5, metal);
+        let coated = b.material(Scattering::MetallicRoughness(MetallicRoughness {
+            base_color: Rgb::new(0.3, 0.5, 0.8),
+            metallic: 0.25,
+            roughness: 0.5,
+            ior: 1.5,
+            specular: 1.0,
+            specular_color: Rgb::ONE,
+            transmission: 0.0,
+            solid: false,
+            absorption: Rgb::ZERO,
+        }));
+        b.quad(Vec3::new(0.5, 0.25, -0.5), Vec3::new(0.75, 0.0, 0.5), Vec3::Y * 0.75, coated);
+    })
+}
+
+/// Shading normals: a coarse ball with the normals of a sphere, diffuse, a glossy one, and a flat
+/// floor whose normals lean.
+pub fn smooth_normals() -> Builder {
+    let mut b = Builder::default();
+    let floor = b.diffuse(0.6);
+    let positions = vec![[-1.75, 0.0, -1.5], [-1.75, 0.0, 1.5], [1.75, 0.0, 1.5], [1.75, 0.0, -1.5]];
+    let normals = vec![[0.3, 1.0, 0.2], [-0.3, 1.0, 0.1], [0.2, 1.0, -0.3], [0.0, 1.0, 0.3]];
+    let name = "leaning floor".to_owned();
+    let mesh = MeshDescription { name, positions, normals, triangles: vec![[0, 1, 2], [0, 2, 3]] };
+    b.mesh(mesh, floor, DAffine3::IDENTITY);
+    let (ball, metal) =
+        (b.diffuse(0.8), b.material(Scattering::Conductor { reflectance: Rgb::splat(0.8), roughness: 0.7 }));
+    b.mesh(icosphere(0.5, 1, true), ball, at(-0.6, 0.8, 0.0));
+    b.mesh(icosphere(0.5, 1, true), metal, at(0.7, 0.8, 0.1));
+    lamps(&mut b);
+    view(&mut b);
+    b
+}
+
+/// Rough glass, clear and absorbing, and a diffuse ball inside the absorbing one.
+pub fn rough_glass() -> Builder {
+    lit(wide_lamp, |b| {
+        let clear = b.glass(1.5, 0.8);
+        b.sphere(DVec3::new(-0.6, 0.75, 0.0), 0.5, clear);
+        let absorbing = b.material(Scattering::Dielectric {
+            inside: Medium { ior: 1.3, absorption: Rgb::new(0.3, 0.9, 1.5) },
+            outside: Medium::VACUUM,
+            roughness: 0.9,
+            tint: Rgb::ONE,
+        });
+        b.sphere(DVec3::new(0.7, 0.75, 0.2), 0.5, absorbing);
+        let core = b.diffuse(0.8);
+        b.sphere(DVec3::new(0.7, 0.75, 0.2), 0.2, core);
+    })
+}
+
+/// Smooth glass: a sphere, and a mesh of a sphere with smooth normals.
+pub fn smooth_glass() -> Builder {
+    lit(wide_lamp, |b| {
+        let glass = b.glass(1.5, 0.0);
+        b.sphere(DVec3::new(-0.6, 0.75, 0.0), 0.5, glass);
+        b.mesh(icosphere(0.5, 2, true), glass, at(0.7, 0.75, 0.2));
+    })
+}
+
+/// Smooth absorbing glass, a diffuse ball inside it.
+pub fn absorbing_glass() -> Builder {
+    lit(wide_lamp, |b| {
+        let glass = b.material(Scattering::Dielectric {
+            inside: Medium { ior: 1.5, absorption: Rgb::new(0.5, 1.0, 2.0) },
+            outside: Medium::VACUUM,
+            roughness: 0.0,
+            tint: Rgb::new(1.0, 0.9, 0.8),
+        });
+        b.sphere(DVec3::new(0.6, 0.8, 0.2), 0.6, glass);
+        b.cuboid(Vec3::new(-1.0, 0.25, -0.25), Vec3::new(-0.25, 0.875, 0.25), false, glass);
+        let core = b.diffuse(0.8);
+        b.sphere(DVec3::new(0.6, 0.8, 0.2), 0.3, core);
+    })
+}
+
+/// Camera, lamps and all in one absorbing medium, whose end nothing reaches.
+pub fn murky() -> Builder {
+    let mut b = diffuse();
+    let boundary = b.material(Scattering::Dielectric {
+        inside: Medium { ior: 1.33, absorption: Rgb::new(0.3, 0.4, 0.5) },
+        outside: Medium::VACUUM,
+        roughness: 0.0,
+        tint: Rgb::ONE,
+    });
+    b.sphere(DVec3::ZERO, 100.0, boundary);
+    b
+}
+
+/// A point, a spot and a distant light over diffuse and glossy surfaces.
+pub fn delta_lights() -> Builder {
+    let mut b = Builder::default();
+    stage(&mut b);
+    let ball = b.diffuse(0.8);
+    b.sphere(DVec3::new(-0.5, 0.875, 0.0), 0.5, ball);
+    let metal = b.material(Scattering::Conductor { reflectance: Rgb::splat(0.8), roughness: 0.6 });
+    b.sphere(DVec3::new(0.7, 0.75, 0.2), 0.45, metal);
+    b.light(LightKind::Point { position: DVec3::new(1.0, 2.2, 1.5), intensity: Rgb::new(4.0, 3.0, 2.0) });
+    b.light(LightKind::Spot {
+        position: DVec3::new(-1.5, 2.5, 1.0),
+        direction: DVec3::new(0.5, -1.0, -0.4),
+        intensity: Rgb::splat(4.0),
+        inner: 0.3,
+        outer: 0.9,
+    });
+    b.light(LightKind::Directional { direction: DVec3::new(0.4, -1.0, -0.6), irradiance: Rgb::new(0.6, 0.8, 1.0) });
+    view(&mut b);
+    b
+}
+
+/// An environment and a lamp, over diffuse, glossy and rough-glass objects.
+pub fn environment() -> Builder {
+    let mut b = Builder::default();
+    stage(&mut b);
+    let glass = b.glass(1.5, 0.6);
+    b.sphere(DVec3::new(-0.6, 0.75, 0.0), 0.5, glass);
+    let metal = b.material(Scattering::Conductor { reflectance: Rgb::splat(0.8), roughness: 0.5 });
+    b.mesh(icosphere(0.5, 2, true), metal, at(0.7, 0.75, 0.2));
+    let lamp = b.lamp(3.0);
+    b.quad(Vec3::new(-0.5, 2.5, -0.5), Vec3::X, Vec3::Z, lamp);
+    b.0.environment = Rgb::new(0.3, 0.5, 0.8);
+    view(&mut b);
+    b
+}
+
+/// A lamp in the shape of a sphere, near enough that next-event estimation, which draws from the cone it
+/// fills, and emission, which draws from its whole area, differ much; and a small one.
+pub fn sphere_lights() -> Builder {
+    let mut b = Builder::default();
+    stage(&mut b);
+    let ball = b.diffuse(0.8);
+    b.sphere(DVec3::new(-0.5, 0.875, 0.0), 0.5, ball);
+    let (large, small) = (b.lamp(1.0), b.lamp(6.0));
+    b.sphere(DVec3::new(0.75, 1.0, 0.0), 0.6, large);
+    b.sphere(DVec3::new(-1.25, 1.75, 0.75), 0.2, small);
+    view(&mut b);
+    b
+}
+
+/// The camera in the middle of a glass ball, next to a diffuse ball in the same glass.
+pub fn camera_in_glass() -> Builder {
+    let mut b = lit(wide_lamp, plain_objects);
+    let glass = b.material(Scattering::Dielectric {
+        inside: Medium { ior: 1.4, absorption: Rgb::new(0.1, 0.2, 0.3) },
+        outside: Medium::VACUUM,
+        roughness: 0.0,
+        tint: Rgb::ONE,
+    });
+    b.sphere(DVec3::from(FROM), 0.75, glass);
+    let near = b.diffuse(0.7);
+    b.sphere(DVec3::new(0.2, 1.55, 3.8), 0.1, near);
+    b
+}
+
+/// A lamp in the shape of a sphere in a glass ball, and a diffuse ball that shares the glass.
+pub fn light_in_glass() -> Builder {
+    let mut b = Builder::default();
+    stage(&mut b);
+    let glass = b.material(Scattering::Dielectric {
+        inside: Medium { ior: 1.5, absorption: Rgb::new(0.2, 0.4, 0.6) },
+        outside: Medium::VACUUM,
+        roughness: 0.0,
+        tint: Rgb::ONE,
+    });
+    b.sphere(DVec3::new(0.0, 1.1, 0.0), 0.8, glass);
+    let lamp = b.lamp(2.0);
+    b.sphere(DVec3::new(0.2, 1.1, 0.0), 0.4, lamp);
+    let near = b.diffuse(0.7);
+    b.sphere(DVec3::new(-0.5, 1.1, 0.1), 0.15, near);
+    view(&mut b);
+    b
+}
+
+/// Parallel projection of diffuse and glossy surfaces and rough glass.
+pub fn orthographic() -> Builder {
+    let mut b = rough_glass();
+    b.0.cameras.clear();
+    b.camera(FROM.into(), TO.into(), Projection::Orthographic { ymag: 1.4 });
+    b
+}

@@ -1,0 +1,293 @@
+//! The same scene tiny, huge and far away; needles, grazing light, index ratios next to 1, total
+//! reflection. Every render must be free of non-finite samples.
+//!
+//! Scaled and moved scenes are rendered with the seeds of the plain one: almost all paths are the same
+//! but for rounding, so that the differences, taken within pairs of renders, are far smaller than the noise of
+//! either. Scenes are laid on a grid of 2^-9 m, which f32 keeps 1e4 m from the origin.
+
+mod common;
+
+use caustica::math::{Rgb, luminance};
+use caustica::render::job::{Integrator, Settings};
+use caustica::scene::description::*;
+use caustica::scene::{CommitOptions, World};
+use common::oracle::{BIAS_LIMIT, check_bias, check_pairs, first_seed, renders};
+use common::stats::{block_means, mean_and_error};
+use common::{Builder, icosphere, scenes, settings};
+use glam::{DAffine3, DVec3, Vec3};
+
+const RUNS: u64 = 8;
+const BLOCK: u32 = 4;
+
+/// Every vertex, sphere and camera on the grid, all transforms but a sphere's place undone.
+fn on_grid(mut d: Description) -> Description {
+    let snap = |p: DVec3| (p * 512.0).round() / 512.0;
+    for instance in &mut d.instances {
+        match instance.geometry {
+            Geometry::Mesh(mesh) => {
+                for p in &mut d.meshes[mesh].positions {
+                    let placed = instance.transform.transform_point3(Vec3::from(*p).as_dvec3());
+                    *p = snap(placed).as_vec3().to_array();
+                }
+                instance.transform = DAffine3::IDENTITY;
+            }
+            Geometry::Sphere { .. } => instance.transform.translation = snap(instance.transform.translation),
+        }
+    }
+    for camera in &mut d.cameras {
+        camera.transform.translation = snap(camera.transform.translation);
+    }
+    for light in &mut d.lights {
+        match &mut light.kind {
+            LightKind::Point { position, .. } | LightKind::Spot { position, .. } => *position = snap(*position),
+            LightKind::Directional { .. } => {}
+        }
+    }
+    d
+}
+
+/// The scene `scale` times as large about the origin, then moved: the image stays the same if
+/// intensities go by the square of the scale, and absorption by its inverse.
+fn similar(d: &Description, scale: f64, shift: DVec3) -> Description {
+    let mut d = d.clone();
+    let place = |p: DVec3| p * scale + shift;
+    let outer = DAffine3::from_scale_rotation_translation(DVec3::splat(scale), glam::DQuat::IDENTITY, shift);
+    for instance in &mut d.instances {
+        instance.transform = outer * instance.transform;
+    }
+    for camera in &mut d.cameras {
+        camera.transform.translation = place(camera.transform.translation);
+        if let Projection::Orthographic { ymag } = &mut camera.projection {
+            *ymag *= scale;
+        }
+    }
+    for light in &mut d.lights {
+        match &mut light.kind {
+            LightKind::Point { position, intensity } | LightKind::Spot { position, intensity, .. } => {
+                *position = place(*position);
+                *intensity *= (scale * scale) as f32;
+            }
+            LightKind::Directional { .. } => {}
+        }
+    }
+    for material in &mut d.materials {
+        if let Scattering::Dielectric { inside, outside, .. } = &mut material.scattering {
+            inside.absorption /= scale as f32;
+            outside.absorption /= scale as f32;
+        }
+    }
+    d
+}
+
+/// Diffuse, glossy, rough, smooth and absorbing things under unequal area lights.
+fn everything() -> Builder {
+    let mut b = scenes::rough_glass();
+    let glass = b.glass(1.5, 0.0);
+    b.sphere(DVec3::new(0.0, 0.5, 1.0), 0.375, glass);
+    let metal = b.material(Scattering::Conductor { reflectance: Rgb::splat(0.8), roughness: 0.5 });
+    b.mesh(icosphere(0.25, 2, true), metal, DAffine3::from_translation(DVec3::new(0.0, 0.5, -0.5)));
+    b
+}
+
+fn world(d: &Description) -> World {
+    World::commit(d, CommitOptions::default()).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Renders of the plain scene and of a similar one. Blocks: the difference is within its noise (4
+/// standard errors) but for `tolerance` of the block's value, which rounding may cost; the mean's bias is
+/// below `tolerance`.
+fn check_similar(name: &str, builder: &Builder, scale: f64, shift: DVec3, tolerance: f64) {
+    let plain = on_grid(builder.0.clone());
+    let changed = similar(&plain, scale, shift);
+    let mut wrong = Vec::new();
+    for integrator in [Integrator::Path, Integrator::Bdpt] {
+        let seed = first_seed("similar");
+        let base = Settings { max_depth: 7, ..settings(integrator, 32, 16, 0) };
+        let name = format!("{name}, scale {scale:e}, shift {shift}, {integrator:?}");
+        let runs = |d: &Description| {
+            let images = renders(&world(d), &base, seed..seed + RUNS);
+            images.iter().map(|i| block_means(i, BLOCK)).collect::<Vec<_>>()
+        };
+        let (a, b) = (runs(&changed), runs(&plain));
+        let mut totals = vec![0.0; RUNS as usize];
+        let mut level = 0.0;
+        let mut worst = 0.0f64;
+        for block in 0..a[0].len() {
+            let differences: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a[block] - b[block]).collect();
+            let value = b.iter().map(|b| b[block]).sum::<f64>() / b.len() as f64;
+            let (d, error) = mean_and_error(&differences);
+            totals.iter_mut().zip(&differences).for_each(|(t, d)| *t += d);
+            level += value;
+            worst = worst.max(d.abs() / value);
+            if d.abs() > 4.0 * error + tolerance * value {
+                wrong.push(format!("{name}: block {block} differs by {d} +- {error} of {value}"));
+            }
+        }
+        let (d, error) = mean_and_error(&totals);
+        eprintln!("{name}: largest difference of a block {:.3} %", 100.0 * worst);
+        wrong.extend(check_bias(&name, d / level, error / level, RUNS as f64 - 1.0, tolerance).err());
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn ten_thousand_times_smaller() {
+    check_similar("everything", &everything(), 1e-4, DVec3::ZERO, 0.002);
+}
+
+#[test]
+fn ten_thousand_times_larger() {
+    check_similar("everything", &everything(), 1e4, DVec3::ZERO, 0.002);
+}
+
+#[test]
+fn a_million_times_smaller() {
+    check_similar("everything", &everything(), 1e-6, DVec3::ZERO, 0.002);
+}
+
+#[test]
+fn a_million_times_larger() {
+    check_similar("everything", &everything(), 1e6, DVec3::ZERO, 0.002);
+}
+
+#[test]
+fn ten_kilometres_away() {
+    check_similar("everything", &everything(), 1.0, DVec3::new(1e4, -1e4, 1e4), 0.002);
+}
+
+#[test]
+fn delta_lights_at_all_sizes() {
+    for (scale, shift) in [(1e-6, 0.0), (1e6, 0.0), (1.0, 1e4)] {
+        check_similar("delta lights", &scenes::delta_lights(), scale, DVec3::splat(shift), 0.002);
+    }
+}
+
+#[test]
+fn an_environment_at_all_sizes() {
+    for (scale, shift) in [(1e-6, 0.0), (1e6, 0.0), (1.0, 1e4)] {
+        check_similar("environment", &scenes::environment(), scale, DVec3::splat(shift), 0.002);
+    }
+}
+
+/// A rectangle from `corner`, cut along its first edge into needles of a width of 1e-5 and less beside
+/// wide strips, with triangles that have no area or are given twice over as points and lines.
+fn needles(corner: Vec3, e1: Vec3, e2: Vec3) -> MeshDescription {
+    let cuts = [0.0, 1e-7, 2e-6, 0.25, 0.25 + 1e-6, 0.25 + 1e-5, 0.5, 0.5 + 3e-7, 0.9, 1.0];
+    let mut mesh = MeshDescription { name: "needles".to_owned(), ..Default::default() };
+    for cut in cuts {
+        mesh.positions.push((corner + e1 * cut).to_array());
+        mesh.positions.push((corner + e1 * cut + e2).to_array());
+    }
+    for i in 0..cuts.len() as u32 - 1 {
+        let (a, b, c, d) = (2 * i, 2 * i + 2, 2 * i + 3, 2 * i + 1);
+        mesh.triangles.extend([[a, b, c], [a, c, d], [a, a, c], [b, b, b]]);
+    }
+    // Three points of one edge.
+    mesh.triangles.push([0, 6, 18]);
+    mesh
+}
+
+/// The stage and a lamp of whole rectangles, or of needles.
+fn cut(into_needles: bool) -> Builder {
+    let mut b = Builder::default();
+    let rectangles = [
+        (Vec3::new(-1.75, 0.0, -1.5), Vec3::Z * 3.0, Vec3::X * 3.5, 0.6, 0.0),
+        (Vec3::new(-1.5, 0.25, -2.0), Vec3::X * 3.0, Vec3::Y * 1.5, 0.4, 0.0),
+        (Vec3::new(-1.25, 2.5, -1.0), Vec3::X * 2.5, Vec3::Z * 2.0, 0.25, 2.0),
+    ];
+    for (corner, e1, e2, albedo, emission) in rectangles {
+        let material = b.emitter(Scattering::Diffuse { reflectance: Rgb::splat(albedo) }, Rgb::splat(emission));
+        if into_needles {
+            b.mesh(needles(corner, e1, e2), material, DAffine3::IDENTITY);
+        } else {
+            b.quad(corner, e1, e2, material);
+        }
+    }
+    let ball = b.diffuse(0.8);
+    b.sphere(DVec3::new(-0.5, 0.875, 0.0), 0.5, ball);
+    b.perspective([0.375, 1.75, 4.25], [0.0, 0.7, 0.0], 0.62);
+    b
+}
+
+#[test]
+fn needles_and_flat_triangles() {
+    let (whole, cut) = (cut(false).commit(), cut(true).commit());
+    for integrator in [Integrator::Path, Integrator::Bdpt] {
+        let name = format!("needles, {integrator:?}");
+        let seed = first_seed(&name);
+        let base = Settings { max_depth: 7, ..settings(integrator, 32, 192, 0) };
+        let [a, b] = [&cut, &whole].map(|world| renders(world, &base, seed..seed + 16));
+        check_pairs(&name, &a, &b, BLOCK, BIAS_LIMIT).unwrap_or_else(|e| panic!("{e}"));
+    }
+}
+
+/// A sun a third of a degree over the floor, and a lamp that stands on end beside it.
+#[test]
+fn grazing_lights() {
+    let mut b = Builder::default();
+    scenes::stage(&mut b);
+    let ball = b.glass(1.5, 0.5);
+    b.mesh(icosphere(0.4, 1, true), ball, DAffine3::from_translation(DVec3::new(0.3, 0.6, 0.0)));
+    b.light(LightKind::Directional { direction: DVec3::new(1.0, -0.006, -0.2), irradiance: Rgb::splat(5.0) });
+    let lamp = b.lamp(4.0);
+    b.quad(Vec3::new(-2.0, 0.0, 1.0), Vec3::NEG_Z * 2.0, Vec3::Y * 0.75, lamp);
+    b.perspective([0.375, 1.75, 4.25], [0.0, 0.5, 0.0], 0.62);
+    let world = b.commit();
+    let seed = first_seed("grazing");
+    let [path, bdpt] = [Integrator::Path, Integrator::Bdpt].map(|integrator| {
+        let base = Settings { max_depth: 7, ..settings(integrator, 32, 384, 0) };
+        renders(&world, &base, seed..seed + 16)
+    });
+    check_pairs("grazing", &bdpt, &path, BLOCK, BIAS_LIMIT).unwrap_or_else(|e| panic!("{e}"));
+}
+
+/// Glass of index 1 + 1e-6, smooth or rough, is not there. (Flat: a shading normal makes a surface dark
+/// where it disagrees with the geometric one, whatever the index.)
+#[test]
+fn glass_of_index_one() {
+    let lit = |index: Option<(f32, f32)>| {
+        let mut b = Builder::default();
+        scenes::stage(&mut b);
+        if let Some((ior, roughness)) = index {
+            let glass = b.glass(ior, roughness);
+            b.sphere(DVec3::new(-0.5, 0.75, 0.0), 0.5, glass);
+            b.mesh(icosphere(0.5, 1, false), glass, DAffine3::from_translation(DVec3::new(0.75, 0.75, 0.25)));
+        }
+        b.0.environment = Rgb::splat(0.5);
+        let lamp = b.lamp(1.0);
+        b.quad(Vec3::new(-2.5, 2.5, -2.0), Vec3::X * 5.0, Vec3::Z * 4.5, lamp);
+        b.perspective([0.375, 1.75, 4.25], [0.0, 0.7, 0.0], 0.62);
+        b.commit()
+    };
+    // Long enough that the segments in glass cut nothing off.
+    let base = |integrator| Settings { max_depth: 24, ..settings(integrator, 32, 64, 0) };
+    for integrator in [Integrator::Path, Integrator::Bdpt] {
+        let seed = first_seed("index one");
+        let none = renders(&lit(None), &base(integrator), seed..seed + 16);
+        for (ior, roughness) in [(1.0, 0.0), (1.000001, 0.0), (1.000001, 0.5)] {
+            let with = renders(&lit(Some((ior, roughness))), &base(integrator), seed..seed + 16);
+            let name = format!("index {ior}, roughness {roughness}, {integrator:?}");
+            check_pairs(&name, &with, &none, BLOCK, BIAS_LIMIT).unwrap_or_else(|e| panic!("{e}"));
+        }
+    }
+}
+
+/// A camera in one end of a glass bar, a lamp across the other: whatever the way, by total reflection
+/// off the sides, each pixel is the lamp's radiance.
+#[test]
+fn total_reflection_loses_nothing() {
+    let mut b = Builder::default();
+    let glass = b.glass(1.5, 0.0);
+    b.cuboid(Vec3::new(-0.25, -0.25, -4.0), Vec3::new(0.25, 0.25, 0.5), false, glass);
+    let lamp = b.lamp(2.0);
+    b.quad(Vec3::new(-0.5, -0.5, -3.5), Vec3::X, Vec3::Y, lamp);
+    b.perspective([0.01, 0.02, 0.25], [0.0, 0.0, -1.0], 1.2);
+    let world = b.commit();
+    for integrator in [Integrator::Path, Integrator::Bdpt] {
+        let settings = Settings { max_depth: 40, ..settings(integrator, 32, 16, 5) };
+        let image = common::run(&world, &settings).image;
+        for (i, pixel) in image.pixels.iter().enumerate() {
+            assert!((luminance(*pixel) - 2.0).abs() < 1e-5, "{integrator:?}: pixel {i} is {pixel}");
+        }
+    }
+}
