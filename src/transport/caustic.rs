@@ -38,6 +38,13 @@ pub struct Seen {
     media: [MediumId; MAX_CHAIN + 1],
 }
 
+impl Seen {
+    /// Segments of a path through the chain: one more than it has vertices.
+    pub(super) fn segments(&self) -> u32 {
+        self.seed.crossings().len() as u32 + 1
+    }
+}
+
 /// A chain between two ends, as the estimators need it.
 #[derive(Clone, Copy, Debug)]
 pub struct CausticEdge {

@@ -195,6 +195,9 @@ impl Tracer<'_> {
         seen: &Seen,
     ) -> Option<(Joined, LightVertex)> {
         let world = self.world;
+        if a.segments + seen.segments() > self.max_depth {
+            return None;
+        }
         self.walks.connections += 1;
         let chain = self.solve(&Endpoint::Surface(a.at), &at, seen)?;
         self.walks.connected += 1;
@@ -228,6 +231,9 @@ impl Tracer<'_> {
     fn caustic_connect(&mut self, i: usize, j: usize, seen: &Seen) -> Option<Joined> {
         let world = self.world;
         let (a, b) = (self.camera_vertices[i], self.light_vertices[j]);
+        if a.segments + seen.segments() + b.segments > self.max_depth {
+            return None;
+        }
         self.walks.connections += 1;
         let chain = self.solve(&Endpoint::Surface(a.at), &Endpoint::Surface(b.at), seen)?;
         self.walks.connected += 1;
@@ -257,6 +263,9 @@ impl Tracer<'_> {
     ) -> Option<(Joined, Vec2)> {
         let world = self.world;
         let b = self.light_vertices[j];
+        if seen.segments() + b.segments > self.max_depth {
+            return None;
+        }
         self.walks.connections += 1;
         let chain = self.solve(&pinhole, &Endpoint::Surface(b.at), seen)?;
         self.walks.connected += 1;
