@@ -59,10 +59,29 @@ impl FullPath<'_> {
                         _ => unreachable!(),
                     },
                     // From the camera: its own direction is not needed.
-                    (None, Some(q)) => -camera.connect(q).expect("a visible vertex").wi,
+                    (None, Some(q)) => camera.connect(q).map_or(Vec3::ZERO, |seen| -seen.wi),
                     (None, None) => unreachable!(),
                 };
-                edges.push((EdgeRecord::default(), w, -w));
+                edges.push(match c.chain {
+                    None => (EdgeRecord::default(), w, -w),
+                    Some(chain) => {
+                        // The camera's cosine is 1, as that of a light at a point or at infinity.
+                        let cos_a = i.checked_sub(1).map_or(1.0, |k| vertices[k].cos_g(chain.first).into());
+                        let cos_b = match (vertices.get(i), &c.start.at) {
+                            (Some(b), _) => b.cos_g(chain.last).into(),
+                            (None, Endpoint::Surface(y)) => y.ng.dot(chain.last).abs().into(),
+                            (None, _) => 1.0,
+                        };
+                        let record = EdgeRecord {
+                            chain: chain.len as u32,
+                            chain_probability: chain.probability,
+                            etendue_ratio: chain.etendue_ratio(cos_a, cos_b),
+                            technique: chain.inverse_jacobian / cos_b,
+                            departure: chain.first,
+                        };
+                        (record, chain.first, chain.last)
+                    }
+                });
             }
         }
         for y in c.light.iter().rev() {
@@ -119,8 +138,10 @@ impl FullPath<'_> {
         };
         let forward = |i: usize| -> f64 {
             let density = if i == 1 {
-                let seen = self.camera.connect(self.vertices[0].at.p);
-                seen.map_or(1.0, |s| s.density)
+                match self.edges[0].0.chain {
+                    0 => self.camera.connect(self.vertices[0].at.p).map_or(1.0, |s| s.density),
+                    _ => self.camera.density(self.edges[0].1, 1.0),
+                }
             } else {
                 self.turns(i - 1).0
             };
@@ -138,14 +159,19 @@ impl FullPath<'_> {
         }
         let log_p: Vec<f64> = (0..=m)
             .map(|i| {
-                let exists = if i == m { light.hittable } else { self.edges[i].0.chain == 0 };
-                if !exists {
+                let technique = match i {
+                    i if i == m => f64::from(u8::from(light.hittable)),
+                    i if self.edges[i].0.chain == 0 => 1.0,
+                    // In units of 1/J; the other densities leave J out.
+                    i => self.edges[i].0.technique,
+                };
+                if technique == 0.0 {
                     return f64::NEG_INFINITY;
                 }
                 let camera_part: f64 = (1..=i).map(|j| forward(j).ln()).sum();
                 let light_part: f64 =
                     (i + 1..=m).map(|j| if i == m - 1 && j == m { light.direct.ln() } else { reverse(j).ln() }).sum();
-                camera_part + light_part
+                technique.ln() + camera_part + light_part
             })
             .collect();
         let largest = log_p.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -160,6 +186,7 @@ struct Check<'a> {
     camera: &'a Camera,
     paths: usize,
     with_chain: usize,
+    with_walk: usize,
     by_technique: std::collections::BTreeMap<(u32, u32), usize>,
     worst: f64,
     worst_at: String,
@@ -174,6 +201,7 @@ impl Observer for Check<'_> {
         let error = (c.weight - shares[technique]).abs().max((sum - 1.0).abs());
         self.paths += 1;
         self.with_chain += usize::from(path.edges.iter().any(|e| e.0.chain > 0));
+        self.with_walk += usize::from(path.edges.iter().any(|e| e.0.chain > 0 && e.0.technique > 0.0));
         *self.by_technique.entry((c.s, c.t)).or_default() += 1;
         if !(error <= self.worst) {
             self.worst = error;
@@ -183,17 +211,26 @@ impl Observer for Check<'_> {
 }
 
 fn check(name: &str, builder: &Builder) {
+    check_with(name, builder, false);
+    check_with(&format!("{name}, caustic connections"), builder, true);
+}
+
+fn check_with(name: &str, builder: &Builder, caustics: bool) {
     let world = builder.commit();
     let (width, height) = (24, 20);
     let camera = Camera::new(&world.cameras[0], width, height);
     let medium = world.medium_at(camera.generate(Vec2::new(12.0, 10.0)).0);
     let view = View { camera: camera.clone(), medium, width, height };
     let mut tracer = Tracer::new(&world, 9);
+    tracer.caustics = caustics && world.requirements.caustics;
+    tracer.camera_caustics =
+        tracer.caustics && world.requirements.delta_lights && matches!(camera.endpoint(), Endpoint::Point(_));
     let mut check = Check {
         world: &world,
         camera: &camera,
         paths: 0,
         with_chain: 0,
+        with_walk: 0,
         by_technique: Default::default(),
         worst: 0.0,
         worst_at: String::new(),
@@ -205,9 +242,10 @@ fn check(name: &str, builder: &Builder) {
         }
     }
     eprintln!(
-        "{name}: {} paths, {} with chains, {} techniques, worst {:.1e} ({})",
+        "{name}: {} paths, {} with chains, {} of them walked, {} techniques, worst {:.1e} ({})",
         check.paths,
         check.with_chain,
+        check.with_walk,
         check.by_technique.len(),
         check.worst,
         check.worst_at

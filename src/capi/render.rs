@@ -23,6 +23,10 @@ pub const INTEGRATOR_DEFAULT: u32 = 0;
 pub const INTEGRATOR_PATH: u32 = 1;
 /// Bidirectional path tracing.
 pub const INTEGRATOR_BDPT: u32 = 2;
+/// Path tracing with manifold next-event estimation.
+pub const INTEGRATOR_MNEE: u32 = 3;
+/// Bidirectional path tracing without caustic connections.
+pub const INTEGRATOR_BDPT_PLAIN: u32 = 4;
 
 /// Not over yet.
 pub const STATE_RUNNING: u32 = 1;
@@ -317,7 +321,8 @@ fn request(device: &Arc<Device>, desc: In<RenderDesc>) -> Result<Request, Failur
     let integrator = match d.integrator {
         INTEGRATOR_DEFAULT => Integrator::default(),
         INTEGRATOR_PATH => Integrator::Path,
-        INTEGRATOR_BDPT => Integrator::Bdpt,
+        INTEGRATOR_BDPT | INTEGRATOR_BDPT_PLAIN => Integrator::Bdpt,
+        INTEGRATOR_MNEE => Integrator::Mnee,
         other => {
             return Err(Failure::argument("integrator", format!("is {other}; a CAUSTICA_INTEGRATOR_ was expected")));
         }
@@ -337,6 +342,7 @@ fn request(device: &Arc<Device>, desc: In<RenderDesc>) -> Result<Request, Failur
     let defaults = Settings::default();
     let settings = Settings {
         integrator,
+        caustics: d.integrator != INTEGRATOR_BDPT_PLAIN,
         width: or(d.width, defaults.width),
         height: or(d.height, defaults.height),
         camera: camera_index(device, &snapshot, d.camera)?,

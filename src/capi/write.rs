@@ -7,7 +7,7 @@ use super::handle::Handle;
 use super::pointer::{MAX_PATH, Text};
 use super::render::{Finished, Render};
 use crate::io::image::{self, ImageError, Metadata, WriteOptions};
-use crate::render::job::{Integrator, Output};
+use crate::render::job::Output;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -39,18 +39,11 @@ fn write(device: &Arc<Device>, render: Handle<Render>, path: Text) -> Result<i32
 /// The keys that the command line writes.
 fn metadata(finished: &Finished, output: &Output) -> Metadata {
     let settings = &finished.settings;
-    let integrator = match settings.integrator {
-        Integrator::Path => "path",
-        Integrator::Bdpt => "bdpt",
-    };
     let mut metadata = Metadata::new();
     metadata
         .set("samples", output.statistics.samples)
         .set("seed", settings.seed)
-        .set(
-            "settings",
-            format!("integrator={integrator} max-depth={} camera={:?}", settings.max_depth, finished.camera),
-        )
+        .set("settings", format!("{} camera={:?}", settings.describe(), finished.camera))
         .set("scene-hash", format!("{:016x}", finished.scene_hash))
         .set("backend", output.statistics.backend.as_str());
     metadata

@@ -151,6 +151,29 @@ impl Lights {
         self.lights.iter().any(Light::hittable)
     }
 
+    /// The light vertex that [`Lights::sample_direct`] draws from the same numbers, whether or not it
+    /// shines along the straight line, and its density `D`.
+    #[inline]
+    pub fn sample_vertex(
+        &self,
+        shapes: &[Shape],
+        receiver: Vec3,
+        u_light: f32,
+        u: Vec2,
+    ) -> Option<(u32, Endpoint, f64)> {
+        let light = self.choice.as_ref()?.sample(u_light);
+        let at = self.lights[light as usize].sample_for(shapes, receiver, u)?;
+        let direct = self.direct_density(shapes, light, &at, receiver);
+        (direct > 0.0).then_some((light, at, direct))
+    }
+
+    /// What leaves `at` of a light along `direction`: radiance; for a point, intensity; for parallel
+    /// light, perpendicular irradiance.
+    #[inline]
+    pub fn emitted(&self, light: u32, at: &Endpoint, direction: Vec3) -> Rgb {
+        self.lights[light as usize].emitted(at, direction)
+    }
+
     /// Draws a light vertex for a receiver at `receiver`. `None` where that vertex gives no light.
     #[inline]
     pub fn sample_direct(&self, shapes: &[Shape], receiver: Vec3, u_light: f32, u: Vec2) -> Option<DirectSample> {

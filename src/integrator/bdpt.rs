@@ -52,7 +52,11 @@ pub fn sample<O: Observer>(
     let mut camera_numbers = stream(Stream::Camera);
     let raster = view.raster(seed, pixel, index);
     tracer.trace_camera(&view.camera, view.medium, raster, &mut camera_numbers);
-    tracer.trace_light(&mut stream(Stream::Light));
+    if tracer.camera_only {
+        tracer.light_vertices.clear();
+    } else {
+        tracer.trace_light(&mut stream(Stream::Light));
+    }
     let mut connect_numbers = stream(Stream::Connect);
 
     let mut radiance = Rgb::ZERO;
@@ -67,6 +71,7 @@ pub fn sample<O: Observer>(
             camera: &tracer.camera_vertices[..hit.vertices],
             light: &[],
             start: &hit.light,
+            chain: None,
             hit: Some(hit),
         });
     }
@@ -77,7 +82,7 @@ pub fn sample<O: Observer>(
         }
         // Without lights there is nothing to draw, and `sample_direct` says so at once.
         if let Some((joined, light)) = tracer.next_event(i, &mut connect_numbers) {
-            radiance += joined.value * joined.weight as f32;
+            radiance += joined.weighted;
             observer.observe(&Contribution {
                 s: 1,
                 t: segments + 1,
@@ -87,6 +92,7 @@ pub fn sample<O: Observer>(
                 camera: &tracer.camera_vertices[..=i],
                 light: &[],
                 start: &light,
+                chain: joined.chain.as_ref(),
                 hit: None,
             });
         }
@@ -96,7 +102,7 @@ pub fn sample<O: Observer>(
                 break;
             }
             let Some(joined) = tracer.connect(i, j) else { continue };
-            radiance += joined.value * joined.weight as f32;
+            radiance += joined.weighted;
             if let Some(start) = &tracer.light_start {
                 observer.observe(&Contribution {
                     s: light_segments + 1,
@@ -107,6 +113,7 @@ pub fn sample<O: Observer>(
                     camera: &tracer.camera_vertices[..=i],
                     light: &tracer.light_vertices[..=j],
                     start,
+                    chain: joined.chain.as_ref(),
                     hit: None,
                 });
             }
@@ -115,7 +122,7 @@ pub fn sample<O: Observer>(
     for j in 0..tracer.light_vertices.len() {
         let Some((joined, raster)) = tracer.to_camera(&view.camera, j) else { continue };
         let target = view.pixel(raster);
-        out.splats.push(Splat { pixel: target, value: joined.value * joined.weight as f32 });
+        out.splats.push(Splat { pixel: target, value: joined.weighted });
         if let Some(start) = &tracer.light_start {
             observer.observe(&Contribution {
                 s: tracer.light_vertices[j].segments + 1,
@@ -126,6 +133,7 @@ pub fn sample<O: Observer>(
                 camera: &[],
                 light: &tracer.light_vertices[..=j],
                 start,
+                chain: joined.chain.as_ref(),
                 hit: None,
             });
         }

@@ -43,6 +43,8 @@ pub struct Contribution<'a> {
     pub light: &'a [Vertex],
     /// The light vertex of the path.
     pub start: &'a LightVertex,
+    /// The chain that the technique walked, if it was a caustic connection.
+    pub chain: Option<&'a crate::transport::caustic::CausticEdge>,
     /// For s = 0: the macro-edge to the light.
     pub hit: Option<&'a crate::transport::EmitterHit>,
 }

@@ -2,12 +2,13 @@
 
 use super::Image;
 use super::passes::{Passes, Tile};
-use crate::camera::Camera;
+use crate::camera::{Camera, Endpoint};
 use crate::integrator::bdpt::{self, View};
 use crate::integrator::{Contribution, Observer, Sample, path};
 use crate::pool;
 use crate::scene::World;
 use crate::transport::Tracer;
+use crate::transport::caustic::WalkCount;
 use glam::Vec2;
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -19,7 +20,10 @@ use std::time::{Duration, Instant};
 pub enum Integrator {
     /// Path tracing with next-event estimation.
     Path,
-    /// Bidirectional path tracing (Veach 1997, ch. 10).
+    /// Path tracing with manifold next-event estimation (Hanika et al. 2015).
+    Mnee,
+    /// Bidirectional path tracing (Veach 1997, ch. 10), with caustic connections (Speierer et al. 2018)
+    /// unless they are switched off.
     #[default]
     Bdpt,
 }
@@ -45,6 +49,8 @@ pub struct Settings {
     pub seed: u64,
     /// Worker threads; 0 for as many as the process may use.
     pub threads: usize,
+    /// Whether the bidirectional path tracer connects through glass.
+    pub caustics: bool,
     /// Also keep one image per technique (s, t), weighted and unweighted.
     pub per_technique: bool,
 }
@@ -61,8 +67,22 @@ impl Default for Settings {
             max_depth: 12,
             seed: 0,
             threads: 0,
+            caustics: true,
             per_technique: false,
         }
+    }
+}
+
+impl Settings {
+    /// The settings that change an image beside its samples and seed, for its metadata.
+    pub fn describe(&self) -> String {
+        let integrator = match (self.integrator, self.caustics) {
+            (Integrator::Path, _) => "path",
+            (Integrator::Mnee, _) => "mnee",
+            (Integrator::Bdpt, true) => "bdpt caustics=on",
+            (Integrator::Bdpt, false) => "bdpt caustics=off",
+        };
+        format!("integrator={integrator} max-depth={}", self.max_depth)
     }
 }
 
@@ -111,6 +131,10 @@ pub struct Statistics {
     pub light_path_rays: u64,
     /// Visibility rays.
     pub shadow_rays: u64,
+    /// Rays of manifold walks.
+    pub walk_rays: u64,
+    /// Manifold walks.
+    pub walks: WalkCount,
     /// Samples whose value was NaN or infinite; dropped from the image.
     pub non_finite: u64,
     /// Pixel and sample of the first of them.
@@ -132,7 +156,7 @@ pub struct Statistics {
 impl Statistics {
     /// All rays.
     pub fn rays(&self) -> u64 {
-        self.camera_rays + self.camera_path_rays + self.light_path_rays + self.shadow_rays
+        self.camera_rays + self.camera_path_rays + self.light_path_rays + self.shadow_rays + self.walk_rays
     }
 }
 
@@ -251,6 +275,20 @@ pub fn render(
 
     let work = |_worker: usize| {
         let mut tracer = Tracer::new(world, settings.max_depth);
+        let glass = world.requirements.caustics;
+        tracer.camera_only = settings.integrator == Integrator::Mnee;
+        tracer.caustics = glass
+            && match settings.integrator {
+                Integrator::Path => false,
+                Integrator::Mnee => true,
+                Integrator::Bdpt => settings.caustics,
+            };
+        // The camera's own path crosses glass before the camera at no cost; only where a light cannot
+        // be hit does the connection find paths that nothing else finds.
+        tracer.camera_caustics = tracer.caustics
+            && settings.integrator == Integrator::Bdpt
+            && world.requirements.delta_lights
+            && matches!(view.camera.endpoint(), Endpoint::Point(_));
         let mut sample = Sample::default();
         let stop = || cancel.is_cancelled();
         while let Some(mut tile) = passes.next_tile(&stop) {
@@ -264,17 +302,18 @@ pub fn render(
                 let (seed, pass) = (settings.seed, tile.pass);
                 match settings.integrator {
                     Integrator::Path => path::sample(&mut tracer, &view, seed, pixel, pass, &mut sample),
-                    Integrator::Bdpt if settings.per_technique => {
+                    Integrator::Mnee | Integrator::Bdpt if settings.per_technique => {
                         let mut recorder = TechniqueRecorder(&mut tile);
                         bdpt::sample(&mut tracer, &view, seed, pixel, pass, &mut sample, &mut recorder);
                     }
-                    Integrator::Bdpt => {
+                    Integrator::Mnee | Integrator::Bdpt => {
                         bdpt::sample(&mut tracer, &view, seed, pixel, pass, &mut sample, &mut ());
                     }
                 }
                 tile.add(pixel, &sample);
             }
             tile.rays = tracer.rays - before;
+            tile.walks = std::mem::take(&mut tracer.walks);
             rays.fetch_add(tile.rays.total(), Ordering::Relaxed);
             passes.finish(tile, start, settings.time_limit);
 

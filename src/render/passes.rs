@@ -7,6 +7,7 @@ use super::job::{Output, RenderError, Settings, Statistics, Technique};
 use crate::integrator::{Sample, Splat};
 use crate::math::Rgb;
 use crate::render::Image;
+use crate::transport::caustic::WalkCount;
 use crate::transport::subpath::RayCount;
 use glam::DVec3;
 use std::collections::BTreeMap;
@@ -37,6 +38,8 @@ pub struct Tile {
     pub techniques: Vec<(Technique, u32, Rgb, Rgb)>,
     /// Rays it took.
     pub rays: RayCount,
+    /// Manifold walks it took.
+    pub walks: WalkCount,
     /// Values dropped because they were not finite.
     pub non_finite: u64,
     /// Pixel of the first of them.
@@ -79,6 +82,7 @@ struct State {
     film: Film,
     techniques: BTreeMap<Technique, (Vec<DVec3>, Vec<DVec3>)>,
     rays: RayCount,
+    walks: WalkCount,
     non_finite: u64,
     first_non_finite: Option<(u32, u32)>,
     noise: f32,
@@ -100,6 +104,7 @@ impl Passes {
                 film: Film::new(settings.width, settings.height)?,
                 techniques: BTreeMap::new(),
                 rays: RayCount::default(),
+                walks: WalkCount::default(),
                 non_finite: 0,
                 first_non_finite: None,
                 noise: f32::NAN,
@@ -133,6 +138,7 @@ impl Passes {
                     splats: Vec::new(),
                     techniques: Vec::new(),
                     rays: RayCount::default(),
+                    walks: WalkCount::default(),
                     non_finite: 0,
                     first_non_finite: None,
                 });
@@ -204,6 +210,8 @@ impl Passes {
             camera_path_rays: state.rays.camera_path,
             light_path_rays: state.rays.light_path,
             shadow_rays: state.rays.shadow,
+            walk_rays: state.rays.walk,
+            walks: state.walks,
             non_finite: state.non_finite,
             first_non_finite: state.first_non_finite,
             film_bytes: film.bytes(),
@@ -228,6 +236,7 @@ impl State {
             sums.1[pixel as usize] += unweighted.as_dvec3();
         }
         self.rays = self.rays + tile.rays;
+        self.walks += tile.walks;
         self.non_finite += tile.non_finite;
         if let (None, Some(pixel)) = (self.first_non_finite, tile.first_non_finite) {
             self.first_non_finite = Some((pixel, tile.pass));

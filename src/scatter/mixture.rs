@@ -61,6 +61,14 @@ impl Mixture {
     }
 
     /// The lobes, in the order they were added.
+    /// Share times tint, and probability, of the smooth dielectric lobe.
+    pub(super) fn smooth_dielectric(&self) -> Option<(Rgb, f32)> {
+        self.iter().find_map(|e| match &e.lobe {
+            Lobe::SmoothDielectric(l) => Some((l.interface.tint * e.share, e.probability)),
+            _ => None,
+        })
+    }
+
     pub(super) fn lobes(&self) -> impl Iterator<Item = &Lobe> {
         self.iter().map(|e| &e.lobe)
     }

@@ -129,6 +129,13 @@ impl Bsdf {
         self.media.is_some() && self.mixture.lobes().any(|l| matches!(l, Lobe::SmoothDielectric(_)))
     }
 
+    /// What a smooth refraction carries beside its Fresnel factor: the lobe's share times its tint, and
+    /// the probability of choosing the lobe. `None` if nothing refracts smoothly.
+    pub fn delta_refraction(&self) -> Option<(Rgb, f32)> {
+        self.media?;
+        self.mixture.smooth_dielectric()
+    }
+
     /// Whether the material is plain Lambertian reflection and nothing else.
     #[inline]
     pub fn is_diffuse(&self) -> bool {

@@ -192,6 +192,16 @@ pub enum LightKind {
     },
 }
 
+impl LightKind {
+    /// Whether it gives any light.
+    pub fn emits(&self) -> bool {
+        let (LightKind::Point { intensity: strength, .. }
+        | LightKind::Spot { intensity: strength, .. }
+        | LightKind::Directional { irradiance: strength, .. }) = self;
+        *strength != Rgb::ZERO
+    }
+}
+
 /// A viewpoint: looks along -z of its own space, y up.
 #[derive(Clone, Debug)]
 pub struct Camera {

@@ -46,6 +46,10 @@ pub struct Requirements {
     pub media: bool,
     /// Some medium absorbs: segments have a transmittance.
     pub absorption: bool,
+    /// Some surface refracts smoothly, and there is light: caustic connections exist.
+    pub caustics: bool,
+    /// Some light is a point or at one direction, so that no camera path hits it.
+    pub delta_lights: bool,
     /// Some light can be hit by a camera path: the technique s = 0 exists.
     pub hittable_lights: bool,
     /// There is any light: light subpaths and next-event estimation exist.
@@ -72,6 +76,8 @@ pub struct World {
     pub intersector: Box<dyn Intersector>,
     /// Cameras as described.
     pub cameras: Vec<description::Camera>,
+    /// Boxes around the shapes that refract smoothly: a segment outside all of them sees no glass.
+    pub refractors: Vec<(Vec3, Vec3)>,
     /// What is switched on.
     pub requirements: Requirements,
     /// Where the world's origin lies in the description's space: 0, unless the scene is so far from
@@ -131,7 +137,15 @@ impl World {
         let intersector = intersect::build(options.backend, &shapes, threads)
             .map_err(|error| SceneError::Backend(error.to_string()))?;
 
+        let refractors: Vec<(Vec3, Vec3)> = shapes
+            .iter()
+            .zip(&shape_material)
+            .filter(|(_, m)| bsdfs[**m as usize].has_delta_refraction())
+            .map(|(shape, _)| padded(shape.bounds()))
+            .collect();
         let requirements = Requirements {
+            caustics: !refractors.is_empty() && !lights.is_empty(),
+            delta_lights: description.lights.iter().any(|l| l.kind.emits()),
             media: boundaries.iter().any(Option::is_some),
             absorption: media.iter().any(|m| m.absorption != Rgb::ZERO),
             hittable_lights: lights.any_hittable(),
@@ -147,6 +161,7 @@ impl World {
             light_media: Vec::new(),
             intersector,
             cameras: description.cameras.clone(),
+            refractors,
             requirements,
             origin,
             bounds,
@@ -198,7 +213,8 @@ impl World {
     #[inline]
     pub fn transmittance(&self, medium: MediumId, length: f32) -> Rgb {
         let m = &self.media[medium as usize];
-        if m.absorption == Rgb::ZERO { Rgb::ONE } else { (-m.absorption * length).exp() }
+        // An infinite segment, kept finite so that a channel without absorption does not become 0 * inf.
+        if m.absorption == Rgb::ZERO { Rgb::ONE } else { (-m.absorption * length.min(f32::MAX)).exp() }
     }
 
     /// The medium around a point in space: that of the near side of the first refracting surface
@@ -249,6 +265,12 @@ impl World {
         }
         media
     }
+}
+
+/// A box a little larger, by far more than the rounding of a hit.
+fn padded((low, high): (Vec3, Vec3)) -> (Vec3, Vec3) {
+    let pad = Vec3::splat(((high - low).max_element() + low.abs().max(high.abs()).max_element()) * 1e-5);
+    (low - pad, high + pad)
 }
 
 fn boundary(media: &mut Vec<Medium>, inside: Medium, outside: Medium) -> Boundary {

@@ -4,7 +4,8 @@
 //! Each returns the unweighted contribution and its weight, or nothing; a pair is first tested for a
 //! zero of its scattering functions, then for visibility.
 
-use super::vertex::LightVertex;
+use super::caustic::{CausticEdge, Seen, Sight};
+use super::vertex::{LightVertex, Vertex};
 use super::{Tracer, weight};
 use crate::camera::{Camera, Endpoint};
 use crate::geometry::Ray;
@@ -20,6 +21,28 @@ pub struct Joined {
     pub value: Rgb,
     /// Balance-heuristic weight of the technique.
     pub weight: f64,
+    /// Their product. Finite also at a caustic, where the value is infinite and the weight zero.
+    pub weighted: Rgb,
+    /// The chain that a caustic connection went through.
+    pub chain: Option<CausticEdge>,
+}
+
+impl Joined {
+    fn regular(value: Rgb, weight: f64) -> Joined {
+        Joined { value, weight, weighted: value * weight as f32, chain: None }
+    }
+
+    /// From the value without its factor `J`, `1/J` (`cos_b / J` over `cos_b`), and the densities of all
+    /// other techniques over `J` times the density of this one.
+    fn caustic(value: Rgb, inverse_jacobian: f64, own: f64, others: f64, chain: CausticEdge) -> Joined {
+        let scale = |x: f64| (value.as_dvec3() * x).as_vec3();
+        Joined {
+            value: scale(1.0 / inverse_jacobian),
+            weight: own * inverse_jacobian / (own * inverse_jacobian + others),
+            weighted: scale(own / (own * inverse_jacobian + others)),
+            chain: Some(chain),
+        }
+    }
 }
 
 impl Tracer<'_> {
@@ -29,6 +52,17 @@ impl Tracer<'_> {
         let world = self.world;
         let a = self.camera_vertices[index];
         let (u_light, u) = (sampler.next_1d(), sampler.next_2d());
+        if self.caustics {
+            let (light, at, direct) = world.lights.sample_vertex(&world.shapes, a.at.p, u_light, u)?;
+            let from = Endpoint::Surface(a.at);
+            if self.may_see_glass(&from, &at) {
+                match self.sight(&from, &at) {
+                    Sight::Clear => {}
+                    Sight::Blocked => return None,
+                    Sight::Refracted(seen) => return self.caustic_next_event(&a, light, at, direct, &seen),
+                }
+            }
+        }
         let light = world.lights.sample_direct(&world.shapes, a.at.p, u_light, u)?;
         let scattering = world.bsdf(a.at.shape).evaluate(&a.at, a.wo, light.wi, TransportMode::Radiance);
         let mut value = a.beta * scattering.f * a.cos_s(light.wi) * light.incident;
@@ -62,16 +96,28 @@ impl Tracer<'_> {
             value *= world.transmittance(a.medium_toward(world, light.wi), length);
         }
         let d = &light.densities;
-        let emission = d.position * d.direction * to_a * a.partial.at(scattering.pdf_reverse as f64);
+        let remainder = if self.camera_only { 0.0 } else { a.partial.at(scattering.pdf_reverse as f64) };
+        let emission = d.position * d.direction * to_a * remainder;
         let hit = if d.hittable { scattering.pdf as f64 * to_light } else { 0.0 };
         let weight = weight::next_event(1.0, d.direct, emission, hit);
-        Some((Joined { value, weight }, LightVertex { light: light.light, at: light.at, densities: *d }))
+        Some((Joined::regular(value, weight), LightVertex { light: light.light, at: light.at, densities: *d }))
     }
 
     /// Connection of camera vertex `i` with light vertex `j`.
     #[inline]
     pub fn connect(&mut self, i: usize, j: usize) -> Option<Joined> {
         let world = self.world;
+        let (a, b) = (&self.camera_vertices[i], &self.light_vertices[j]);
+        if self.caustics {
+            let (from, to) = (Endpoint::Surface(a.at), Endpoint::Surface(b.at));
+            if self.may_see_glass(&from, &to) {
+                match self.sight(&from, &to) {
+                    Sight::Clear => {}
+                    Sight::Blocked => return None,
+                    Sight::Refracted(seen) => return self.caustic_connect(i, j, &seen),
+                }
+            }
+        }
         let (a, b) = (&self.camera_vertices[i], &self.light_vertices[j]);
         let (w, d2) = segment(a.at.p, b.at.p);
         if !(d2 > 0.0) {
@@ -102,13 +148,23 @@ impl Tracer<'_> {
         if !self.visible(&ray) {
             return None;
         }
-        Some(Joined { value, weight: weight::connection(1.0, camera_side, light_side) })
+        Some(Joined::regular(value, weight::connection(1.0, camera_side, light_side)))
     }
 
     /// Connection of light vertex `j` with the camera: the light image's share, and where it falls.
     #[inline]
     pub fn to_camera(&mut self, camera: &Camera, j: usize) -> Option<(Joined, Vec2)> {
         let world = self.world;
+        if self.camera_caustics {
+            let (pinhole, to) = (camera.endpoint(), Endpoint::Surface(self.light_vertices[j].at));
+            if self.may_see_glass(&pinhole, &to) {
+                match self.sight(&pinhole, &to) {
+                    Sight::Clear => {}
+                    Sight::Blocked => return None,
+                    Sight::Refracted(seen) => return self.caustic_to_camera(camera, pinhole, j, &seen),
+                }
+            }
+        }
         let b = &self.light_vertices[j];
         let seen = camera.connect(b.at.p)?;
         let scattering = world.bsdf(b.at.shape).evaluate(&b.at, b.wo, seen.wi, TransportMode::Importance);
@@ -126,6 +182,105 @@ impl Tracer<'_> {
         if !self.visible(&ray) {
             return None;
         }
-        Some((Joined { value, weight: weight::connection(1.0, 0.0, light_side) }, seen.raster))
+        Some((Joined::regular(value, weight::connection(1.0, 0.0, light_side)), seen.raster))
+    }
+
+    /// Next-event estimation through glass: manifold next-event estimation (Hanika et al. 2015).
+    fn caustic_next_event(
+        &mut self,
+        a: &Vertex,
+        light: u32,
+        at: Endpoint,
+        direct: f64,
+        seen: &Seen,
+    ) -> Option<(Joined, LightVertex)> {
+        let world = self.world;
+        if a.segments + seen.segments() > self.max_depth {
+            return None;
+        }
+        self.walks.connections += 1;
+        let chain = self.solve(&Endpoint::Surface(a.at), &at, seen)?;
+        self.walks.connected += 1;
+        let emitted = world.lights.emitted(light, &at, chain.last);
+        let scattering = world.bsdf(a.at.shape).evaluate(&a.at, a.wo, chain.first, TransportMode::Radiance);
+        let radiance = emitted * chain.transmittance * chain.index_ratio as f32;
+        let value = a.beta * scattering.f * a.cos_s(chain.first) * radiance;
+        if !(value.max_element() > 0.0) {
+            return None;
+        }
+        let densities = world.lights.densities(&world.shapes, light, &at, chain.last, a.at.p);
+        let cos_a = f64::from(a.cos_g(chain.first));
+        let cos_b = match &at {
+            Endpoint::Surface(y) => f64::from(y.ng.dot(chain.last).abs()),
+            Endpoint::Point(_) | Endpoint::Infinite(_) => 1.0,
+        };
+        let remainder = if self.camera_only { 0.0 } else { a.partial.at(f64::from(scattering.pdf_reverse)) };
+        let emission = densities.position * densities.direction * chain.probability * chain.etendue_ratio(cos_a, cos_b);
+        let hit = if densities.hittable { f64::from(scattering.pdf) * chain.probability } else { 0.0 };
+        let joined = Joined::caustic(
+            value / direct as f32,
+            chain.inverse_jacobian / cos_b,
+            direct,
+            emission * remainder + hit,
+            chain,
+        );
+        Some((joined, LightVertex { light, at, densities }))
+    }
+
+    /// Connection of two surface vertices through glass.
+    fn caustic_connect(&mut self, i: usize, j: usize, seen: &Seen) -> Option<Joined> {
+        let world = self.world;
+        let (a, b) = (self.camera_vertices[i], self.light_vertices[j]);
+        if a.segments + seen.segments() + b.segments > self.max_depth {
+            return None;
+        }
+        self.walks.connections += 1;
+        let chain = self.solve(&Endpoint::Surface(a.at), &Endpoint::Surface(b.at), seen)?;
+        self.walks.connected += 1;
+        let at_a = world.bsdf(a.at.shape).evaluate(&a.at, a.wo, chain.first, TransportMode::Radiance);
+        let at_b = world.bsdf(b.at.shape).evaluate(&b.at, b.wo, chain.last, TransportMode::Importance);
+        let geometry = a.cos_s(chain.first) * b.incident_adjoint() * chain.index_ratio as f32;
+        let value = a.beta * at_a.f * chain.transmittance * at_b.f * b.beta * geometry;
+        if !(value.max_element() > 0.0) {
+            return None;
+        }
+        let (cos_a, cos_b) = (f64::from(a.cos_g(chain.first)), f64::from(b.cos_g(chain.last)));
+        let camera_side = f64::from(at_b.pdf)
+            * chain.probability
+            * chain.etendue_ratio(cos_a, cos_b)
+            * a.partial.at(f64::from(at_a.pdf_reverse));
+        let light_side = f64::from(at_a.pdf) * chain.probability * b.partial.at(f64::from(at_b.pdf_reverse));
+        Some(Joined::caustic(value, chain.inverse_jacobian / cos_b, 1.0, camera_side + light_side, chain))
+    }
+
+    /// Connection of light vertex `j` with a pinhole through glass.
+    fn caustic_to_camera(
+        &mut self,
+        camera: &Camera,
+        pinhole: Endpoint,
+        j: usize,
+        seen: &Seen,
+    ) -> Option<(Joined, Vec2)> {
+        let world = self.world;
+        let b = self.light_vertices[j];
+        if seen.segments() + b.segments > self.max_depth {
+            return None;
+        }
+        self.walks.connections += 1;
+        let chain = self.solve(&pinhole, &Endpoint::Surface(b.at), seen)?;
+        self.walks.connected += 1;
+        let Endpoint::Point(p) = pinhole else { return None };
+        let raster = camera.connect(p + chain.first)?.raster;
+        // Per solid angle at the pinhole.
+        let density = camera.density(chain.first, 1.0);
+        let at_b = world.bsdf(b.at.shape).evaluate(&b.at, b.wo, chain.last, TransportMode::Importance);
+        let scale = density as f32 * b.incident_adjoint() * chain.index_ratio as f32;
+        let value = chain.transmittance * at_b.f * b.beta * scale;
+        if !(value.max_element() > 0.0) {
+            return None;
+        }
+        let cos_b = f64::from(b.cos_g(chain.last));
+        let light_side = density * chain.probability * b.partial.at(f64::from(at_b.pdf_reverse));
+        Some((Joined::caustic(value, chain.inverse_jacobian / cos_b, 1.0, light_side, chain), raster))
     }
 }

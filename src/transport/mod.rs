@@ -1,6 +1,8 @@
 //! Light transport: subpaths, the techniques that join them, their weights.
 
+pub mod caustic;
 pub mod connect;
+mod interfaces;
 pub mod subpath;
 pub mod vertex;
 pub mod weight;

@@ -4,11 +4,13 @@
 //! routine: then each is a function of the path alone, both subpaths get the same bits for it, and
 //! the weights of all techniques of a path sum to one to f64 precision.
 
+use super::caustic::WalkCount;
 use super::vertex::{EdgeRecord, LightVertex, Vertex};
 use super::weight::{MacroEdge, Partial, emitter_hit};
 use crate::camera::{Camera, Endpoint};
 use crate::geometry::ray::segment;
 use crate::geometry::{Ray, SurfacePoint};
+use crate::manifold::MAX_CHAIN;
 use crate::math::{Rgb, Sampler};
 use crate::scatter::TransportMode;
 use crate::scene::World;
@@ -51,12 +53,14 @@ pub struct RayCount {
     pub light_path: u64,
     /// Visibility queries.
     pub shadow: u64,
+    /// Rays of manifold walks.
+    pub walk: u64,
 }
 
 impl RayCount {
     /// Rays of all kinds.
     pub fn total(&self) -> u64 {
-        self.camera + self.camera_path + self.light_path + self.shadow
+        self.camera + self.camera_path + self.light_path + self.shadow + self.walk
     }
 }
 
@@ -68,6 +72,7 @@ impl std::ops::Add for RayCount {
             camera_path: self.camera_path + other.camera_path,
             light_path: self.light_path + other.light_path,
             shadow: self.shadow + other.shadow,
+            walk: self.walk + other.walk,
         }
     }
 }
@@ -80,6 +85,7 @@ impl std::ops::Sub for RayCount {
             camera_path: self.camera_path - earlier.camera_path,
             light_path: self.light_path - earlier.light_path,
             shadow: self.shadow - earlier.shadow,
+            walk: self.walk - earlier.walk,
         }
     }
 }
@@ -100,6 +106,14 @@ pub struct Tracer<'w> {
     pub emitter_hits: Vec<EmitterHit>,
     /// Rays so far.
     pub rays: RayCount,
+    /// Manifold walks so far.
+    pub walks: WalkCount,
+    /// Whether caustic connections are made.
+    pub caustics: bool,
+    /// Whether the camera is connected through glass (t = 1), see [`Tracer::new`].
+    pub camera_caustics: bool,
+    /// Camera subpaths alone: next-event estimation and hits are the only techniques.
+    pub camera_only: bool,
 }
 
 /// From where a macro-edge leaves.
@@ -132,6 +146,10 @@ struct OpenEdge {
     probability: f64,
     kappa: f64,
     direction: Vec3,
+    /// Shapes of the chain, as far as they fit.
+    shapes: [u32; MAX_CHAIN],
+    /// Whether the chain has nothing but refractions.
+    refracted: bool,
 }
 
 impl OpenEdge {
@@ -149,6 +167,8 @@ impl OpenEdge {
             probability: 1.0,
             kappa: 1.0,
             direction: Vec3::ZERO,
+            shapes: [0; MAX_CHAIN],
+            refracted: true,
         }
     }
 
@@ -159,6 +179,7 @@ impl OpenEdge {
             chain: self.chain,
             chain_probability: self.probability,
             etendue_ratio: 0.0,
+            technique: 1.0,
             departure: self.direction,
         };
         let forward = self.forward * self.probability;
@@ -172,9 +193,10 @@ impl OpenEdge {
             };
             return (forward * to_end, to_start, record);
         }
-        // No technique spans the chain, so every available one has either its forward or its reverse
-        // density, and the Jacobian J = d omega_a / d A_b cancels: it is left out of both. What
-        // remains is the étendue identity n_b² cos_b J_ba = n_a² kappa cos_a J_ab.
+        // Every technique but the one that spans the chain has either its forward or its reverse
+        // density, and so the factor J = d omega_a / d A_b: it is left out of both, and the technique
+        // across the chain counts 1/J instead. What remains is the étendue identity
+        // n_b² cos_b J_ba = n_a² kappa cos_a J_ab.
         let index_squared = |m: MediumId| (world.media[m as usize].ior as f64).powi(2);
         let (start, here) = (index_squared(self.medium), index_squared(end.medium));
         match mode {
@@ -223,6 +245,10 @@ impl<'w> Tracer<'w> {
             light_start: None,
             emitter_hits: Vec::with_capacity(room),
             rays: RayCount::default(),
+            walks: WalkCount::default(),
+            caustics: false,
+            camera_caustics: false,
+            camera_only: false,
         }
     }
 
@@ -318,15 +344,15 @@ impl<'w> Tracer<'w> {
                 (walk.ray.direction, 0.0)
             };
             if edge.chain == 0 {
-                self.depart(&mut edge, walk.mode, camera, direction, distance_squared, at.p);
+                self.leave(&mut edge, walk.mode, camera, direction, Some(distance_squared), at.p);
             }
             if world.requirements.absorption {
                 let length = hit.t * walk.ray.direction.length();
                 walk.beta *= world.transmittance(walk.medium, length);
             }
 
-            let wo = -direction;
-            let end =
+            let mut wo = -direction;
+            let mut end =
                 EdgeEnd { distance_squared, cos: at.ng.dot(wo).abs() as f64, at_infinity: false, medium: walk.medium };
             // A ray in the plane of the surface meets nothing that can be weighed.
             if !(end.cos > 0.0) {
@@ -335,11 +361,12 @@ impl<'w> Tracer<'w> {
             if walk.mode == TransportMode::Radiance
                 && let Some(light) = world.lights.of_shape(hit.shape)
             {
-                self.hit_light(&walk, &edge, &end, light, &at, wo);
+                self.hit_light(&walk, camera, &mut edge, &mut end, light, &at, wo);
             }
             let bsdf = world.bsdf(hit.shape);
             if bsdf.connectable() {
-                let (partial, record) = self.close(&edge, walk.mode, &end, at.p);
+                let place = Endpoint::Surface(at);
+                let (partial, record) = self.close(&mut edge, walk.mode, camera, &mut end, &place, &mut wo);
                 let vertex = Vertex {
                     at,
                     wo,
@@ -387,6 +414,10 @@ impl<'w> Tracer<'w> {
                 let departure = Departure::Vertex { index, sampled_density: sample.pdf };
                 edge = OpenEdge::new(departure, at.p, walk.medium);
             } else {
+                edge.refracted &= sample.transmitted && world.boundary(hit.shape).is_some();
+                if let Some(slot) = edge.shapes.get_mut(edge.chain as usize) {
+                    *slot = hit.shape;
+                }
                 edge.chain += 1;
                 edge.probability *= sample.pdf as f64;
                 // kappa runs from the camera side; adjoint is its factor for a camera walk.
@@ -414,21 +445,24 @@ impl<'w> Tracer<'w> {
         }
     }
 
-    /// Completes the old end of an edge, now that its first segment is known.
-    fn depart(
+    /// Completes the old end of an edge, now that the direction out of it is known; `distance_squared`
+    /// is that to the new end, or `None` across a chain or to infinity.
+    #[allow(clippy::too_many_arguments)]
+    fn leave(
         &self,
         edge: &mut OpenEdge,
         mode: TransportMode,
         camera: Option<&Camera>,
         direction: Vec3,
-        distance_squared: f64,
+        distance_squared: Option<f64>,
         receiver: Vec3,
     ) {
         edge.direction = direction;
         match edge.departure {
             Departure::Camera => {
+                // At distance 1, the density per perpendicular area is that per solid angle.
                 if let Some(camera) = camera {
-                    edge.forward = camera.density(direction, distance_squared.sqrt() as f32);
+                    edge.forward = camera.density(direction, distance_squared.map_or(1.0, f64::sqrt) as f32);
                 }
             }
             Departure::Light => {
@@ -454,9 +488,33 @@ impl<'w> Tracer<'w> {
         }
     }
 
-    fn close(&self, edge: &OpenEdge, mode: TransportMode, end: &EdgeEnd, receiver: Vec3) -> (Partial, EdgeRecord) {
-        let (forward, reverse_geometry, record) = edge.densities(self.world, mode, end);
-        let technique = if edge.chain == 0 { 1.0 } else { 0.0 };
+    /// Closes an edge at `end`, a vertex or light that is reached against the direction `wo`. Where a
+    /// connection would have found the edge's chain, the connection's version of it replaces the
+    /// sampled one, and `wo` with it: both are the same path, but for the rounding of the walk's f32
+    /// positions, and now to the last bit.
+    fn close(
+        &mut self,
+        edge: &mut OpenEdge,
+        mode: TransportMode,
+        camera: Option<&Camera>,
+        end: &mut EdgeEnd,
+        at: &Endpoint,
+        wo: &mut Vec3,
+    ) -> (Partial, EdgeRecord) {
+        let mut technique = if edge.chain == 0 { 1.0 } else { 0.0 };
+        if edge.chain > 0 && self.caustics && edge.refracted && edge.chain as usize <= MAX_CHAIN {
+            if let Some(start) = self.start_of(edge, mode) {
+                technique = self.confirm_edge(edge, mode, camera, end, &start, at, wo);
+            }
+        }
+        let (forward, reverse_geometry, mut record) = edge.densities(self.world, mode, end);
+        record.technique = technique;
+        let receiver = match at {
+            Endpoint::Surface(at) => at.p,
+            Endpoint::Point(p) => *p,
+            Endpoint::Infinite(_) => Vec3::ZERO,
+        };
+        let remainder = if self.camera_only { 0.0 } else { edge.remainder };
         let edge = match (&edge.departure, &self.light_start) {
             (Departure::Light, Some(start)) => {
                 let lights = &self.world.lights;
@@ -464,25 +522,93 @@ impl<'w> Tracer<'w> {
                 let (position, hittable) = (start.densities.position, start.densities.hittable);
                 MacroEdge::from_light(technique, forward, reverse_geometry, direct, position, hittable)
             }
-            _ => MacroEdge { technique, forward, reverse_geometry, remainder: edge.remainder },
+            _ => MacroEdge { technique, forward, reverse_geometry, remainder },
         };
         (edge.close(), record)
     }
 
-    fn hit_light(&mut self, walk: &Walk, edge: &OpenEdge, end: &EdgeEnd, light: u32, at: &SurfacePoint, wo: Vec3) {
+    /// The end that an edge left; `None` where no connection from there is ever made through glass.
+    fn start_of(&self, edge: &OpenEdge, mode: TransportMode) -> Option<Endpoint> {
+        match &edge.departure {
+            Departure::Camera if self.camera_caustics => Some(Endpoint::Point(edge.origin)),
+            Departure::Camera => None,
+            Departure::Light => self.light_start.as_ref().map(|l| l.at),
+            Departure::Vertex { index, .. } => Some(Endpoint::Surface(match mode {
+                TransportMode::Radiance => self.camera_vertices[*index].at,
+                TransportMode::Importance => self.light_vertices[*index].at,
+            })),
+        }
+    }
+
+    /// The consistency check: `cos_b / J` if `S(camera side, light side)` is the sampled chain, else 0.
+    #[allow(clippy::too_many_arguments)]
+    fn confirm_edge(
+        &mut self,
+        edge: &mut OpenEdge,
+        mode: TransportMode,
+        camera: Option<&Camera>,
+        end: &mut EdgeEnd,
+        start: &Endpoint,
+        at: &Endpoint,
+        wo: &mut Vec3,
+    ) -> f64 {
+        let mut shapes = edge.shapes;
+        let shapes = &mut shapes[..edge.chain as usize];
+        let found = match mode {
+            TransportMode::Radiance => self.confirm(start, at, shapes, edge.direction, *wo),
+            TransportMode::Importance => {
+                shapes.reverse();
+                self.confirm(at, start, shapes, *wo, edge.direction)
+            }
+        };
+        let Some(found) = found else { return 0.0 };
+        let (departure, arrival) = match mode {
+            TransportMode::Radiance => (found.first, found.last),
+            TransportMode::Importance => (found.last, found.first),
+        };
+        let receiver = match at {
+            Endpoint::Surface(at) => at.p,
+            Endpoint::Point(p) => *p,
+            Endpoint::Infinite(_) => Vec3::ZERO,
+        };
+        self.leave(edge, mode, camera, departure, None, receiver);
+        if let Endpoint::Surface(at) = at {
+            end.cos = f64::from(at.ng.dot(arrival).abs());
+        }
+        *wo = arrival;
+        edge.kappa = found.kappa;
+        edge.probability = found.probability;
+        let cos_b = match mode {
+            TransportMode::Radiance => end.cos,
+            TransportMode::Importance => edge.cos,
+        };
+        found.inverse_jacobian / cos_b
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    fn hit_light(
+        &mut self,
+        walk: &Walk,
+        camera: Option<&Camera>,
+        edge: &mut OpenEdge,
+        end: &mut EdgeEnd,
+        light: u32,
+        at: &SurfacePoint,
+        mut wo: Vec3,
+    ) {
         // Next-event estimation draws from the last connectable vertex by its straight line.
         let Some((radiance, densities)) = self.world.lights.hit(&self.world.shapes, light, at, wo, edge.origin) else {
             return;
         };
-        let (partial, record) = self.close(edge, walk.mode, end, at.p);
-        self.record_hit(
-            walk,
-            edge,
-            partial,
-            record,
-            radiance,
-            LightVertex { light, at: Endpoint::Surface(*at), densities },
-        );
+        let place = Endpoint::Surface(*at);
+        let (partial, record) = self.close(edge, walk.mode, camera, end, &place, &mut wo);
+        let densities = if record.chain > 0 && record.technique > 0.0 {
+            // The direction may have changed in its last bits.
+            self.world.lights.densities(&self.world.shapes, light, &place, wo, edge.origin)
+        } else {
+            densities
+        };
+        self.record_hit(walk, edge, partial, record, radiance, wo, LightVertex { light, at: place, densities });
     }
 
     fn escape(&mut self, walk: &Walk, edge: &mut OpenEdge) {
@@ -490,12 +616,14 @@ impl<'w> Tracer<'w> {
         let Some((radiance, densities)) = self.world.lights.escape(direction) else { return };
         let Some(light) = self.world.lights.environment() else { return };
         if edge.chain == 0 && matches!(edge.departure, Departure::Vertex { .. }) {
-            self.depart(edge, walk.mode, None, direction, 0.0, Vec3::ZERO);
+            self.leave(edge, walk.mode, None, direction, None, Vec3::ZERO);
         }
-        let end = EdgeEnd { distance_squared: 0.0, cos: 1.0, at_infinity: true, medium: walk.medium };
-        let (partial, record) = self.close(edge, walk.mode, &end, Vec3::ZERO);
-        let start = LightVertex { light, at: Endpoint::Infinite(direction), densities };
-        self.record_hit(walk, edge, partial, record, radiance, start);
+        let mut end = EdgeEnd { distance_squared: 0.0, cos: 1.0, at_infinity: true, medium: walk.medium };
+        let place = Endpoint::Infinite(direction);
+        let mut wo = -direction;
+        let (partial, record) = self.close(edge, walk.mode, None, &mut end, &place, &mut wo);
+        let start = LightVertex { light, at: place, densities };
+        self.record_hit(walk, edge, partial, record, radiance, -direction, start);
     }
 
     fn record_hit(
@@ -505,6 +633,7 @@ impl<'w> Tracer<'w> {
         partial: Partial,
         record: EdgeRecord,
         radiance: Rgb,
+        direction: Vec3,
         light: LightVertex,
     ) {
         // A light that the camera sees directly, or through a chain, is left to s = 0 alone.
@@ -525,7 +654,7 @@ impl<'w> Tracer<'w> {
             segments: walk.segments,
             vertices,
             light,
-            direction: -walk.ray.direction,
+            direction,
             edge: record,
             partial,
         });

@@ -70,9 +70,12 @@ pub struct EdgeRecord {
     pub chain: u32,
     /// Product of the discrete probabilities with which a walk chooses the chain's lobes.
     pub chain_probability: f64,
-    /// `dA_a domega_a -> dA_b domega_b` of the chain without the common factor `J`:
-    /// `n_a² kappa cos_a / (n_b² cos_b)` with `a` the camera-side end. Unused without a chain.
+    /// The chain's reverse Jacobian over its forward one: `n_a² kappa cos_a / (n_b² cos_b)` with `a` the
+    /// camera-side end. Unused without a chain.
     pub etendue_ratio: f64,
+    /// What stands for the technique across a chain: `cos_b / J` where a connection would find the
+    /// chain, 0 where it would not. (In units of `1/J`, so that a caustic's infinite `J` is a zero.)
+    pub technique: f64,
     /// Direction in which the path left the old vertex.
     pub departure: Vec3,
 }

@@ -35,6 +35,9 @@ pub(crate) struct Render {
     /// Estimator of the image
     #[arg(long, value_enum, default_value_t = IntegratorName::Bdpt)]
     pub(crate) integrator: IntegratorName,
+    /// Whether bdpt connects through glass by manifold walks
+    #[arg(long, value_enum, default_value_t = Switch::On)]
+    pub(crate) caustics: Switch,
     /// Samples per pixel; with --time and without --spp, as many as fit [default: 64]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) spp: Option<u32>,
@@ -118,14 +121,23 @@ pub(crate) struct Backends {
 pub(crate) enum IntegratorName {
     /// Path tracing with next-event estimation
     Path,
-    /// Bidirectional path tracing
+    /// Path tracing with manifold next-event estimation: light through glass, from lamps only
+    Mnee,
+    /// Bidirectional path tracing, with connections through glass unless --caustics off
     Bdpt,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Switch {
+    On,
+    Off,
 }
 
 impl From<IntegratorName> for Integrator {
     fn from(name: IntegratorName) -> Integrator {
         match name {
             IntegratorName::Path => Integrator::Path,
+            IntegratorName::Mnee => Integrator::Mnee,
             IntegratorName::Bdpt => Integrator::Bdpt,
         }
     }

@@ -1,6 +1,6 @@
 //! `caustica render`.
 
-use crate::args::{Cli, ImageIoName, Render};
+use crate::args::{Cli, ImageIoName, Render, Switch};
 use crate::console::Console;
 use crate::progress::{self, Meter};
 use crate::{Failure, scene, units};
@@ -15,8 +15,8 @@ use std::time::Duration;
 
 pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     let integrator = Integrator::from(args.integrator);
-    if args.techniques.is_some() && integrator != Integrator::Bdpt {
-        let conflict = "--techniques needs --integrator bdpt: a path tracer has no (s, t)";
+    if args.techniques.is_some() && integrator == Integrator::Path {
+        let conflict = "--techniques needs --integrator bdpt or mnee: a path tracer has no (s, t)";
         Cli::command().error(ErrorKind::ArgumentConflict, conflict).exit();
     }
     let console = Console { quiet: args.quiet };
@@ -39,6 +39,7 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         seed: args.seed,
         threads: args.threads,
         per_technique: args.techniques.is_some(),
+        caustics: args.caustics == Switch::On,
     };
     if let Some(dir) = &args.techniques {
         std::fs::create_dir_all(dir).map_err(|e| format!("{}: {e}", dir.display()))?;
@@ -93,13 +94,9 @@ fn technique_file((s, t): Technique, suffix: &str) -> String {
 }
 
 fn metadata(settings: &Settings, output: &Output, world: &World, camera: &str) -> Metadata {
-    let integrator = match settings.integrator {
-        Integrator::Path => "path",
-        Integrator::Bdpt => "bdpt",
-    };
     let mut metadata = Metadata::new();
     // A name may hold anything; the formats' texts do not take NUL.
-    let settings_text = format!("integrator={integrator} max-depth={} camera={camera:?}", settings.max_depth);
+    let settings_text = format!("{} camera={camera:?}", settings.describe());
     metadata
         .set("samples", output.statistics.samples)
         .set("seed", settings.seed)

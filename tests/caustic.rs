@@ -1,0 +1,182 @@
+//! Caustic connections change no expectation: path tracing, plain BDPT and BDPT with caustic
+//! connections agree where path tracing can find the paths; and they find what it cannot.
+
+mod common;
+
+use caustica::math::Rgb;
+use caustica::render::Image;
+use caustica::render::job::{Integrator, Settings};
+use caustica::scene::World;
+use caustica::scene::description::*;
+use common::stats::{Blocks, blocks, check_normal, z_scores};
+use common::{Builder, icosphere, settings};
+use glam::{DAffine3, DVec3, Vec3};
+
+const RUNS: u64 = 16;
+const SIDE: u32 = 24;
+const BLOCK: u32 = 6;
+
+fn measure(world: &World, integrator: Integrator, caustics: bool, samples: u32, seed: u64) -> Blocks {
+    let runs: Vec<Image> = (0..RUNS)
+        .map(|run| {
+            let settings = Settings { caustics, max_depth: 8, ..settings(integrator, SIDE, samples, seed + run) };
+            common::run(world, &settings).image
+        })
+        .collect();
+    blocks(&runs, BLOCK)
+}
+
+/// Path tracing against BDPT with caustic connections: per-block z-scores like N(0, 1) at a family-wise
+/// level of 1e-3, and the mean within 4 standard errors.
+fn agree(name: &str, builder: &Builder, path_samples: u32, bdpt_samples: u32) {
+    let world = builder.commit();
+    assert!(world.requirements.caustics);
+    let path = measure(&world, Integrator::Path, false, path_samples, 1000);
+    for (what, integrator) in [("bdpt", Integrator::Bdpt), ("mnee", Integrator::Mnee)] {
+        let ours = measure(&world, integrator, true, bdpt_samples, 5000);
+        let z = z_scores(&ours, &path);
+        let error = ours.total.1.hypot(path.total.1);
+        let bias = ours.total.0 / path.total.0 - 1.0;
+        println!("{name}, {what}: bias {:+.3} % +- {:.3} %", bias * 100.0, error / path.total.0 * 100.0);
+        check_normal(&format!("{name}, {what}"), &z, (RUNS - 1) as f64).expect("equal expectations");
+        assert!((ours.total.0 - path.total.0).abs() < 4.0 * error, "{name}, {what}: bias {bias}");
+    }
+}
+
+/// A floor under a lamp, seen from the front.
+fn stage(lamp_size: f32) -> Builder {
+    let mut b = Builder::default();
+    let white = b.diffuse(0.6);
+    b.quad(Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0, white);
+    let lamp = b.lamp(4.0);
+    let s = lamp_size;
+    b.quad(Vec3::new(-s / 2.0, 3.0, -s / 2.0), Vec3::X * s, Vec3::Z * s, lamp);
+    b.perspective([0.0, 1.8, 3.0], [0.0, 0.3, 0.0], 0.7);
+    b
+}
+
+#[test]
+fn ball() {
+    let mut b = stage(1.5);
+    let glass = b.glass(1.5, 0.0);
+    b.sphere(DVec3::new(0.0, 0.6, 0.0), 0.5, glass);
+    agree("ball", &b, 128, 32);
+}
+
+#[test]
+fn smooth_mesh() {
+    let mut b = stage(1.5);
+    let glass = b.glass(1.5, 0.0);
+    // Flattened to a lens; interpolated normals.
+    let place = DAffine3::from_scale_rotation_translation(
+        DVec3::new(1.0, 0.5, 1.0),
+        glam::DQuat::IDENTITY,
+        DVec3::new(0.0, 0.6, 0.0),
+    );
+    b.mesh(icosphere(0.5, 3, true), glass, place);
+    agree("smooth mesh", &b, 128, 32);
+}
+
+#[test]
+fn slab() {
+    let mut b = stage(1.5);
+    let glass = b.glass(1.5, 0.0);
+    b.cuboid(Vec3::new(-1.0, 0.4, -1.0), Vec3::new(1.0, 0.6, 1.0), false, glass);
+    agree("slab", &b, 128, 32);
+}
+
+#[test]
+fn absorbing_water_in_a_glass_ball() {
+    let mut b = stage(1.5);
+    let water = Medium { ior: 1.33, absorption: Rgb::new(0.9, 0.4, 0.1) };
+    let glass = b.glass(1.5, 0.0);
+    let inner = b.material(Scattering::Dielectric {
+        inside: water,
+        outside: Medium { ior: 1.5, absorption: Rgb::ZERO },
+        roughness: 0.0,
+        tint: Rgb::new(1.0, 0.9, 1.0),
+    });
+    b.sphere(DVec3::new(0.0, 0.6, 0.0), 0.5, glass);
+    b.sphere(DVec3::new(0.0, 0.6, 0.0), 0.4, inner);
+    agree("nested water", &b, 128, 32);
+}
+
+#[test]
+fn light_in_a_glass_ball() {
+    let mut b = stage(0.5);
+    let glass = b.glass(1.5, 0.0);
+    let lamp = b.lamp(6.0);
+    b.sphere(DVec3::new(0.3, 0.9, 0.0), 0.3, glass);
+    b.sphere(DVec3::new(0.3, 0.9, 0.0), 0.12, lamp);
+    agree("light inside glass", &b, 128, 32);
+}
+
+#[test]
+fn camera_in_glass() {
+    let mut b = stage(1.5);
+    let glass = b.glass(1.4, 0.0);
+    b.sphere(DVec3::new(0.0, 1.8, 3.0), 0.4, glass);
+    b.sphere(DVec3::new(0.0, 0.6, 0.0), 0.5, glass);
+    agree("camera inside glass", &b, 128, 32);
+}
+
+#[test]
+fn indirect_light_through_a_ball() {
+    // The lamp shines on a wall only; the wall lights the floor through the ball.
+    let mut b = Builder::default();
+    let white = b.diffuse(0.8);
+    b.quad(Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0, white);
+    b.quad(Vec3::new(-2.0, 0.0, -2.0), Vec3::X * 4.0, Vec3::Y * 3.0, white);
+    let lamp = b.lamp(20.0);
+    b.quad(Vec3::new(-1.0, 1.2, -0.6), Vec3::Y * 0.8, Vec3::X * 2.0, lamp);
+    let glass = b.glass(1.5, 0.0);
+    b.sphere(DVec3::new(0.0, 0.5, 0.3), 0.45, glass);
+    b.perspective([0.0, 2.0, 3.5], [0.0, 0.3, 0.3], 0.7);
+    agree("indirect", &b, 256, 32);
+}
+
+#[test]
+fn environment_through_a_ball() {
+    let mut b = Builder::default();
+    let white = b.diffuse(0.6);
+    b.quad(Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0, white);
+    let glass = b.glass(1.5, 0.0);
+    b.sphere(DVec3::new(0.0, 0.6, 0.0), 0.5, glass);
+    b.0.environment = Rgb::splat(0.7);
+    b.perspective([0.0, 1.8, 3.0], [0.0, 0.3, 0.0], 0.7);
+    agree("environment", &b, 128, 32);
+}
+
+#[test]
+fn delta_lights_through_a_ball() {
+    // No path tracer finds these; plain BDPT does, by light tracing, since the camera sees the floor.
+    let mut b = Builder::default();
+    let white = b.diffuse(0.6);
+    b.quad(Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0, white);
+    let glass = b.glass(1.5, 0.0);
+    b.sphere(DVec3::new(0.0, 0.6, 0.0), 0.5, glass);
+    b.light(LightKind::Point { position: DVec3::new(0.3, 3.0, 0.2), intensity: Rgb::splat(8.0) });
+    b.light(LightKind::Directional { direction: DVec3::new(0.4, -1.0, 0.1), irradiance: Rgb::splat(1.0) });
+    b.perspective([0.0, 2.4, 2.4], [0.0, 0.0, 0.4], 0.7);
+    let world = b.commit();
+    let plain = measure(&world, Integrator::Bdpt, false, 256, 1000);
+    let ours = measure(&world, Integrator::Bdpt, true, 48, 5000);
+    let error = ours.total.1.hypot(plain.total.1);
+    println!(
+        "delta lights: bias {:+.3} % +- {:.3} %",
+        (ours.total.0 / plain.total.0 - 1.0) * 100.0,
+        error / plain.total.0 * 100.0
+    );
+    check_normal("delta lights", &z_scores(&ours, &plain), (RUNS - 1) as f64).expect("equal expectations");
+}
+
+#[test]
+fn without_glass_nothing_changes() {
+    let world = stage(1.0).commit();
+    let image = |caustics| {
+        let settings = Settings { caustics, ..settings(Integrator::Bdpt, SIDE, 4, 1) };
+        let output = common::run(&world, &settings);
+        (output.image, output.statistics.rays())
+    };
+    assert_eq!(image(true), image(false));
+}
