@@ -120,7 +120,7 @@ fn integrators_with_an_environment() {
 
 #[test]
 fn integrators_with_the_camera_in_glass() {
-    integrators_agree("camera in glass", &scenes::camera_in_glass(), 64);
+    integrators_agree("camera in glass", &scenes::camera_in_glass(), 160);
 }
 
 #[test]

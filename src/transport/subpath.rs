@@ -221,7 +221,9 @@ struct EdgeEnd {
 }
 
 /// The moving end of a subpath.
-struct Walk {
+struct Walk<'c> {
+    /// The camera it started from, if it did.
+    camera: Option<&'c Camera>,
     mode: TransportMode,
     ray: Ray,
     beta: Rgb,
@@ -261,6 +263,7 @@ impl<'w> Tracer<'w> {
         let mut edge = OpenEdge::new(Departure::Camera, origin, medium);
         edge.forward_is_area = true;
         let walk = Walk {
+            camera: Some(camera),
             mode: TransportMode::Radiance,
             ray: Ray { origin, direction, t_max: f32::INFINITY },
             beta: Rgb::ONE,
@@ -270,7 +273,7 @@ impl<'w> Tracer<'w> {
             events: 0,
             roulette: Rgb::ONE,
         };
-        self.walk(walk, edge, Some(camera), sampler);
+        self.walk(walk, edge, sampler);
     }
 
     /// Walks from a light; fills [`Self::light_start`] and [`Self::light_vertices`]. The walk is one
@@ -302,6 +305,7 @@ impl<'w> Tracer<'w> {
         edge.at_infinity = matches!(sample.at, Endpoint::Infinite(_));
         edge.forward_is_area = edge.at_infinity;
         let walk = Walk {
+            camera: None,
             mode: TransportMode::Importance,
             ray,
             beta: sample.beta,
@@ -311,10 +315,10 @@ impl<'w> Tracer<'w> {
             events: 0,
             roulette: Rgb::ONE,
         };
-        self.walk(walk, edge, None, sampler);
+        self.walk(walk, edge, sampler);
     }
 
-    fn walk(&mut self, mut walk: Walk, mut edge: OpenEdge, camera: Option<&Camera>, sampler: &mut Sampler) {
+    fn walk(&mut self, mut walk: Walk, mut edge: OpenEdge, sampler: &mut Sampler) {
         let world = self.world;
         while walk.segments < walk.max_segments {
             match (walk.mode, walk.segments) {
@@ -344,7 +348,7 @@ impl<'w> Tracer<'w> {
                 (walk.ray.direction, 0.0)
             };
             if edge.chain == 0 {
-                self.leave(&mut edge, walk.mode, camera, direction, Some(distance_squared), at.p);
+                self.leave(&mut edge, &walk, direction, Some(distance_squared), at.p);
             }
             if world.requirements.absorption {
                 let length = hit.t * walk.ray.direction.length();
@@ -361,12 +365,12 @@ impl<'w> Tracer<'w> {
             if walk.mode == TransportMode::Radiance
                 && let Some(light) = world.lights.of_shape(hit.shape)
             {
-                self.hit_light(&walk, camera, &mut edge, &mut end, light, &at, wo);
+                self.hit_light(&walk, &mut edge, &mut end, light, &at, wo);
             }
             let bsdf = world.bsdf(hit.shape);
             if bsdf.connectable() {
                 let place = Endpoint::Surface(at);
-                let (partial, record) = self.close(&mut edge, walk.mode, camera, &mut end, &place, &mut wo);
+                let (partial, record) = self.close(&mut edge, &walk, &mut end, &place, &mut wo);
                 let vertex = Vertex {
                     at,
                     wo,
@@ -447,21 +451,12 @@ impl<'w> Tracer<'w> {
 
     /// Completes the old end of an edge, now that the direction out of it is known; `distance_squared`
     /// is that to the new end, or `None` across a chain or to infinity.
-    #[allow(clippy::too_many_arguments)]
-    fn leave(
-        &self,
-        edge: &mut OpenEdge,
-        mode: TransportMode,
-        camera: Option<&Camera>,
-        direction: Vec3,
-        distance_squared: Option<f64>,
-        receiver: Vec3,
-    ) {
+    fn leave(&self, edge: &mut OpenEdge, walk: &Walk, direction: Vec3, distance_squared: Option<f64>, receiver: Vec3) {
         edge.direction = direction;
         match edge.departure {
             Departure::Camera => {
                 // At distance 1, the density per perpendicular area is that per solid angle.
-                if let Some(camera) = camera {
+                if let Some(camera) = walk.camera {
                     edge.forward = camera.density(direction, distance_squared.map_or(1.0, f64::sqrt) as f32);
                 }
             }
@@ -475,12 +470,12 @@ impl<'w> Tracer<'w> {
                 }
             }
             Departure::Vertex { index, sampled_density } => {
-                let vertex = match mode {
+                let vertex = match walk.mode {
                     TransportMode::Radiance => &self.camera_vertices[index],
                     TransportMode::Importance => &self.light_vertices[index],
                 };
                 let bsdf = self.world.bsdf(vertex.at.shape);
-                let value = bsdf.evaluate(&vertex.at, vertex.wo, direction, mode);
+                let value = bsdf.evaluate(&vertex.at, vertex.wo, direction, walk.mode);
                 edge.forward = if value.pdf > 0.0 { value.pdf } else { sampled_density } as f64;
                 edge.remainder = vertex.partial.at(value.pdf_reverse as f64);
                 edge.cos = vertex.cos_g(direction) as f64;
@@ -495,19 +490,16 @@ impl<'w> Tracer<'w> {
     fn close(
         &mut self,
         edge: &mut OpenEdge,
-        mode: TransportMode,
-        camera: Option<&Camera>,
+        walk: &Walk,
         end: &mut EdgeEnd,
         at: &Endpoint,
         wo: &mut Vec3,
     ) -> (Partial, EdgeRecord) {
         let mut technique = if edge.chain == 0 { 1.0 } else { 0.0 };
         if edge.chain > 0 && self.caustics && edge.refracted && edge.chain as usize <= MAX_CHAIN {
-            if let Some(start) = self.start_of(edge, mode) {
-                technique = self.confirm_edge(edge, mode, camera, end, &start, at, wo);
-            }
+            technique = self.confirm_edge(edge, walk, end, at, wo);
         }
-        let (forward, reverse_geometry, mut record) = edge.densities(self.world, mode, end);
+        let (forward, reverse_geometry, mut record) = edge.densities(self.world, walk.mode, end);
         record.technique = technique;
         let receiver = match at {
             Endpoint::Surface(at) => at.p,
@@ -541,24 +533,23 @@ impl<'w> Tracer<'w> {
     }
 
     /// The consistency check: `cos_b / J` if `S(camera side, light side)` is the sampled chain, else 0.
-    #[allow(clippy::too_many_arguments)]
     fn confirm_edge(
         &mut self,
         edge: &mut OpenEdge,
-        mode: TransportMode,
-        camera: Option<&Camera>,
+        walk: &Walk,
         end: &mut EdgeEnd,
-        start: &Endpoint,
         at: &Endpoint,
         wo: &mut Vec3,
     ) -> f64 {
+        let mode = walk.mode;
+        let Some(start) = self.start_of(edge, mode) else { return 0.0 };
         let mut shapes = edge.shapes;
         let shapes = &mut shapes[..edge.chain as usize];
         let found = match mode {
-            TransportMode::Radiance => self.confirm(start, at, shapes, edge.direction, *wo),
+            TransportMode::Radiance => self.confirm(&start, at, shapes, edge.direction, *wo),
             TransportMode::Importance => {
                 shapes.reverse();
-                self.confirm(at, start, shapes, *wo, edge.direction)
+                self.confirm(at, &start, shapes, *wo, edge.direction)
             }
         };
         let Some(found) = found else { return 0.0 };
@@ -571,7 +562,7 @@ impl<'w> Tracer<'w> {
             Endpoint::Point(p) => *p,
             Endpoint::Infinite(_) => Vec3::ZERO,
         };
-        self.leave(edge, mode, camera, departure, None, receiver);
+        self.leave(edge, walk, departure, None, receiver);
         if let Endpoint::Surface(at) = at {
             end.cos = f64::from(at.ng.dot(arrival).abs());
         }
@@ -585,11 +576,9 @@ impl<'w> Tracer<'w> {
         found.inverse_jacobian / cos_b
     }
 
-    #[allow(clippy::too_many_arguments)]
     fn hit_light(
         &mut self,
         walk: &Walk,
-        camera: Option<&Camera>,
         edge: &mut OpenEdge,
         end: &mut EdgeEnd,
         light: u32,
@@ -601,14 +590,14 @@ impl<'w> Tracer<'w> {
             return;
         };
         let place = Endpoint::Surface(*at);
-        let (partial, record) = self.close(edge, walk.mode, camera, end, &place, &mut wo);
+        let (partial, record) = self.close(edge, walk, end, &place, &mut wo);
         let densities = if record.chain > 0 && record.technique > 0.0 {
             // The direction may have changed in its last bits.
             self.world.lights.densities(&self.world.shapes, light, &place, wo, edge.origin)
         } else {
             densities
         };
-        self.record_hit(walk, edge, partial, record, radiance, wo, LightVertex { light, at: place, densities });
+        self.record_hit(walk, edge, (partial, record), radiance, wo, LightVertex { light, at: place, densities });
     }
 
     fn escape(&mut self, walk: &Walk, edge: &mut OpenEdge) {
@@ -616,22 +605,21 @@ impl<'w> Tracer<'w> {
         let Some((radiance, densities)) = self.world.lights.escape(direction) else { return };
         let Some(light) = self.world.lights.environment() else { return };
         if edge.chain == 0 && matches!(edge.departure, Departure::Vertex { .. }) {
-            self.leave(edge, walk.mode, None, direction, None, Vec3::ZERO);
+            self.leave(edge, walk, direction, None, Vec3::ZERO);
         }
         let mut end = EdgeEnd { distance_squared: 0.0, cos: 1.0, at_infinity: true, medium: walk.medium };
         let place = Endpoint::Infinite(direction);
         let mut wo = -direction;
-        let (partial, record) = self.close(edge, walk.mode, None, &mut end, &place, &mut wo);
+        let (partial, record) = self.close(edge, walk, &mut end, &place, &mut wo);
         let start = LightVertex { light, at: place, densities };
-        self.record_hit(walk, edge, partial, record, radiance, -direction, start);
+        self.record_hit(walk, edge, (partial, record), radiance, -direction, start);
     }
 
     fn record_hit(
         &mut self,
         walk: &Walk,
         edge: &OpenEdge,
-        partial: Partial,
-        record: EdgeRecord,
+        (partial, record): (Partial, EdgeRecord),
         radiance: Rgb,
         direction: Vec3,
         light: LightVertex,
