@@ -108,6 +108,13 @@ pub const REASONS: [Rejection; 9] = [
     Rejection::Opaque,
 ];
 
+impl WalkCount {
+    /// Walks of both kinds.
+    pub fn total(&self) -> u64 {
+        self.connections + self.checks
+    }
+}
+
 impl std::ops::AddAssign for WalkCount {
     fn add_assign(&mut self, o: WalkCount) {
         self.connections += o.connections;

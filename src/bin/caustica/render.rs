@@ -126,6 +126,19 @@ fn report(output: &Output, noise: Option<String>, console: Console) {
         units::time(s.commit_seconds),
         units::bytes(s.film_bytes)
     ));
+    let walks = s.walks;
+    if walks.total() > 0 {
+        let percent = |part: u64, whole: u64| part as f64 / whole.max(1) as f64 * 100.0;
+        console.note(&format!(
+            "{} manifold walks to connect, {:.0} % of them found a chain; {} to check sampled chains, {:.0} % \
+             confirmed; {:.1} iterations a walk",
+            walks.connections,
+            percent(walks.connected, walks.connections),
+            walks.checks,
+            percent(walks.confirmed, walks.checks),
+            walks.iterations as f64 / walks.total() as f64,
+        ));
+    }
     if s.non_finite > 0 {
         let at = s.first_non_finite.map_or(String::new(), |(p, n)| format!("; the first in pixel {p}, sample {n}"));
         let what = units::count(s.non_finite as usize, "sample was", "samples were");
