@@ -18,6 +18,18 @@ pub enum Endpoint {
     Infinite(Vec3),
 }
 
+impl Endpoint {
+    /// Its position; the origin for an end at infinity, whose position plays no part.
+    #[inline]
+    pub fn position(&self) -> Vec3 {
+        match self {
+            Endpoint::Surface(at) => at.p,
+            Endpoint::Point(p) => *p,
+            Endpoint::Infinite(_) => Vec3::ZERO,
+        }
+    }
+}
+
 /// How the camera sees a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraConnection {

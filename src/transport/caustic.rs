@@ -145,14 +145,6 @@ fn segment(a: &Endpoint, b: &Endpoint) -> Option<Ray> {
     })
 }
 
-fn position(end: &Endpoint) -> Vec3 {
-    match end {
-        Endpoint::Surface(at) => at.p,
-        Endpoint::Point(p) => *p,
-        Endpoint::Infinite(_) => Vec3::ZERO,
-    }
-}
-
 impl Tracer<'_> {
     /// Whether the segment meets a box around glass; without one there is no chain on it.
     #[inline]
@@ -168,7 +160,7 @@ impl Tracer<'_> {
         if !world.refractors.iter().any(|(low, high)| meets_box(&ray, *low, *high)) {
             return if self.visible(&ray) { Sight::Clear } else { Sight::Blocked };
         }
-        let origin = position(a).as_dvec3();
+        let origin = a.position().as_dvec3();
         let direction = ray.direction.as_dvec3();
         let mut seen: Option<Box<Seen>> = None;
         for _ in 0..=MAX_CHAIN {
@@ -226,11 +218,11 @@ impl Tracer<'_> {
     /// nothing.
     pub fn solve(&mut self, a: &Endpoint, b: &Endpoint, seen: &Seen) -> Option<CausticEdge> {
         let world = self.world;
-        let origin = position(a).as_dvec3();
+        let origin = a.position().as_dvec3();
         let refractors = Refractors { world, origin, rays: Cell::new(0) };
         let end = match b {
             Endpoint::Infinite(d) => End::Direction(d.as_dvec3()),
-            _ => End::Point(position(b).as_dvec3() - origin),
+            _ => End::Point(b.position().as_dvec3() - origin),
         };
         let source = match a {
             Endpoint::Surface(at) => Some(Source { interface: at.shape, primitive: at.primitive }),

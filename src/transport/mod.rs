@@ -2,6 +2,7 @@
 
 pub mod caustic;
 pub mod connect;
+mod edge;
 mod interfaces;
 pub mod subpath;
 pub mod vertex;

@@ -5,12 +5,12 @@
 //! the weights of all techniques of a path sum to one to f64 precision.
 
 use super::caustic::WalkCount;
+use super::edge::{Departure, EdgeEnd, OpenEdge};
 use super::vertex::{EdgeRecord, LightVertex, Vertex};
-use super::weight::{MacroEdge, Partial, emitter_hit};
+use super::weight::{Partial, emitter_hit};
 use crate::camera::{Camera, Endpoint};
 use crate::geometry::ray::segment;
 use crate::geometry::{Ray, SurfacePoint};
-use crate::manifold::MAX_CHAIN;
 use crate::math::{Rgb, Sampler};
 use crate::scatter::TransportMode;
 use crate::scene::World;
@@ -116,123 +116,19 @@ pub struct Tracer<'w> {
     pub camera_only: bool,
 }
 
-/// From where a macro-edge leaves.
-enum Departure {
-    /// The camera. Its density is per perpendicular area at the next vertex.
-    Camera,
-    /// A light.
-    Light,
-    /// A connectable surface vertex: its index in the subpath, and the density of the direction as
-    /// sampled, for the rare case that the rounded direction has none.
-    Vertex { index: usize, sampled_density: f32 },
-}
-
-/// The macro-edge under construction.
-struct OpenEdge {
-    departure: Departure,
-    /// Position of the old end; unused when it is at infinity.
-    origin: Vec3,
-    /// Density of the departure: per solid angle, or per perpendicular area from the camera or from
-    /// infinity.
-    forward: f64,
-    forward_is_area: bool,
-    /// The old vertex's `e` or `g`.
-    remainder: f64,
-    /// Geometric cosine at the old end; 1 at a point or at infinity.
-    cos: f64,
-    at_infinity: bool,
-    medium: MediumId,
-    chain: u32,
-    probability: f64,
-    kappa: f64,
-    direction: Vec3,
-    /// Shapes of the chain, as far as they fit.
-    shapes: [u32; MAX_CHAIN],
-    /// Whether the chain has nothing but refractions.
-    refracted: bool,
-}
-
-impl OpenEdge {
-    fn new(departure: Departure, origin: Vec3, medium: MediumId) -> OpenEdge {
-        OpenEdge {
-            departure,
-            origin,
-            forward: 0.0,
-            forward_is_area: false,
-            remainder: 0.0,
-            cos: 1.0,
-            at_infinity: false,
-            medium,
-            chain: 0,
-            probability: 1.0,
-            kappa: 1.0,
-            direction: Vec3::ZERO,
-            shapes: [0; MAX_CHAIN],
-            refracted: true,
-        }
-    }
-
-    /// Densities of the closed edge: (forward area density, reverse geometry), and the record.
-    /// `cos_end` is 1 and `end` infinite for the environment.
-    fn densities(&self, world: &World, mode: TransportMode, end: &EdgeEnd) -> (f64, f64, EdgeRecord) {
-        let mut record = EdgeRecord {
-            chain: self.chain,
-            chain_probability: self.probability,
-            etendue_ratio: 0.0,
-            technique: 1.0,
-            departure: self.direction,
-        };
-        let forward = self.forward * self.probability;
-        if self.chain == 0 {
-            let (to_end, to_start) = if end.at_infinity {
-                (1.0, self.cos)
-            } else {
-                let d2 = end.distance_squared;
-                let to_end = if self.forward_is_area { end.cos } else { end.cos / d2 };
-                (to_end, if self.at_infinity { 1.0 } else { self.cos / d2 })
-            };
-            return (forward * to_end, to_start, record);
-        }
-        // Every technique but the one that spans the chain has either its forward or its reverse
-        // density, and so the factor J = d omega_a / d A_b: it is left out of both, and the technique
-        // across the chain counts 1/J instead. What remains is the étendue identity
-        // n_b² cos_b J_ba = n_a² kappa cos_a J_ab.
-        let index_squared = |m: MediumId| (world.media[m as usize].ior as f64).powi(2);
-        let (start, here) = (index_squared(self.medium), index_squared(end.medium));
-        match mode {
-            TransportMode::Radiance => {
-                record.etendue_ratio = start * self.kappa * self.cos / (here * end.cos);
-                (forward, record.etendue_ratio * self.probability, record)
-            }
-            TransportMode::Importance => {
-                record.etendue_ratio = here * self.kappa * end.cos / (start * self.cos);
-                (forward * record.etendue_ratio, self.probability, record)
-            }
-        }
-    }
-}
-
-/// The new end of a macro-edge.
-struct EdgeEnd {
-    distance_squared: f64,
-    cos: f64,
-    at_infinity: bool,
-    medium: MediumId,
-}
-
 /// The moving end of a subpath.
-struct Walk<'c> {
+pub(super) struct Walk<'c> {
     /// The camera it started from, if it did.
-    camera: Option<&'c Camera>,
-    mode: TransportMode,
-    ray: Ray,
-    beta: Rgb,
-    medium: MediumId,
-    segments: u32,
-    max_segments: u32,
-    events: u32,
+    pub(super) camera: Option<&'c Camera>,
+    pub(super) mode: TransportMode,
+    pub(super) ray: Ray,
+    pub(super) beta: Rgb,
+    pub(super) medium: MediumId,
+    pub(super) segments: u32,
+    pub(super) max_segments: u32,
+    pub(super) events: u32,
     /// Throughput relative to the start, radiance over n² in radiance mode: what roulette goes by.
-    roulette: Rgb,
+    pub(super) roulette: Rgb,
 }
 
 impl<'w> Tracer<'w> {
@@ -447,133 +343,6 @@ impl<'w> Tracer<'w> {
             }
             walk.ray = Ray::leaving(&at, wi);
         }
-    }
-
-    /// Completes the old end of an edge, now that the direction out of it is known; `distance_squared`
-    /// is that to the new end, or `None` across a chain or to infinity.
-    fn leave(&self, edge: &mut OpenEdge, walk: &Walk, direction: Vec3, distance_squared: Option<f64>, receiver: Vec3) {
-        edge.direction = direction;
-        match edge.departure {
-            Departure::Camera => {
-                // At distance 1, the density per perpendicular area is that per solid angle.
-                if let Some(camera) = walk.camera {
-                    edge.forward = camera.density(direction, distance_squared.map_or(1.0, f64::sqrt) as f32);
-                }
-            }
-            Departure::Light => {
-                let Some(start) = &self.light_start else { return };
-                let densities =
-                    self.world.lights.densities(&self.world.shapes, start.light, &start.at, direction, receiver);
-                edge.forward = densities.direction;
-                if let Endpoint::Surface(at) = &start.at {
-                    edge.cos = at.ng.dot(direction).abs() as f64;
-                }
-            }
-            Departure::Vertex { index, sampled_density } => {
-                let vertex = match walk.mode {
-                    TransportMode::Radiance => &self.camera_vertices[index],
-                    TransportMode::Importance => &self.light_vertices[index],
-                };
-                let bsdf = self.world.bsdf(vertex.at.shape);
-                let value = bsdf.evaluate(&vertex.at, vertex.wo, direction, walk.mode);
-                edge.forward = if value.pdf > 0.0 { value.pdf } else { sampled_density } as f64;
-                edge.remainder = vertex.partial.at(value.pdf_reverse as f64);
-                edge.cos = vertex.cos_g(direction) as f64;
-            }
-        }
-    }
-
-    /// Closes an edge at `end`, a vertex or light that is reached against the direction `wo`. Where a
-    /// connection would have found the edge's chain, the connection's version of it replaces the
-    /// sampled one, and `wo` with it: both are the same path, but for the rounding of the walk's f32
-    /// positions, and now to the last bit.
-    fn close(
-        &mut self,
-        edge: &mut OpenEdge,
-        walk: &Walk,
-        end: &mut EdgeEnd,
-        at: &Endpoint,
-        wo: &mut Vec3,
-    ) -> (Partial, EdgeRecord) {
-        let mut technique = if edge.chain == 0 { 1.0 } else { 0.0 };
-        if edge.chain > 0 && self.caustics && edge.refracted && edge.chain as usize <= MAX_CHAIN {
-            technique = self.confirm_edge(edge, walk, end, at, wo);
-        }
-        let (forward, reverse_geometry, mut record) = edge.densities(self.world, walk.mode, end);
-        record.technique = technique;
-        let receiver = match at {
-            Endpoint::Surface(at) => at.p,
-            Endpoint::Point(p) => *p,
-            Endpoint::Infinite(_) => Vec3::ZERO,
-        };
-        let remainder = if self.camera_only { 0.0 } else { edge.remainder };
-        let edge = match (&edge.departure, &self.light_start) {
-            (Departure::Light, Some(start)) => {
-                let lights = &self.world.lights;
-                let direct = lights.direct_density(&self.world.shapes, start.light, &start.at, receiver);
-                let (position, hittable) = (start.densities.position, start.densities.hittable);
-                MacroEdge::from_light(technique, forward, reverse_geometry, direct, position, hittable)
-            }
-            _ => MacroEdge { technique, forward, reverse_geometry, remainder },
-        };
-        (edge.close(), record)
-    }
-
-    /// The end that an edge left; `None` where no connection from there is ever made through glass.
-    fn start_of(&self, edge: &OpenEdge, mode: TransportMode) -> Option<Endpoint> {
-        match &edge.departure {
-            Departure::Camera if self.camera_caustics => Some(Endpoint::Point(edge.origin)),
-            Departure::Camera => None,
-            Departure::Light => self.light_start.as_ref().map(|l| l.at),
-            Departure::Vertex { index, .. } => Some(Endpoint::Surface(match mode {
-                TransportMode::Radiance => self.camera_vertices[*index].at,
-                TransportMode::Importance => self.light_vertices[*index].at,
-            })),
-        }
-    }
-
-    /// The consistency check: `cos_b / J` if `S(camera side, light side)` is the sampled chain, else 0.
-    fn confirm_edge(
-        &mut self,
-        edge: &mut OpenEdge,
-        walk: &Walk,
-        end: &mut EdgeEnd,
-        at: &Endpoint,
-        wo: &mut Vec3,
-    ) -> f64 {
-        let mode = walk.mode;
-        let Some(start) = self.start_of(edge, mode) else { return 0.0 };
-        let mut shapes = edge.shapes;
-        let shapes = &mut shapes[..edge.chain as usize];
-        let found = match mode {
-            TransportMode::Radiance => self.confirm(&start, at, shapes, edge.direction, *wo),
-            TransportMode::Importance => {
-                shapes.reverse();
-                self.confirm(at, &start, shapes, *wo, edge.direction)
-            }
-        };
-        let Some(found) = found else { return 0.0 };
-        let (departure, arrival) = match mode {
-            TransportMode::Radiance => (found.first, found.last),
-            TransportMode::Importance => (found.last, found.first),
-        };
-        let receiver = match at {
-            Endpoint::Surface(at) => at.p,
-            Endpoint::Point(p) => *p,
-            Endpoint::Infinite(_) => Vec3::ZERO,
-        };
-        self.leave(edge, walk, departure, None, receiver);
-        if let Endpoint::Surface(at) = at {
-            end.cos = f64::from(at.ng.dot(arrival).abs());
-        }
-        *wo = arrival;
-        edge.kappa = found.kappa;
-        edge.probability = found.probability;
-        let cos_b = match mode {
-            TransportMode::Radiance => end.cos,
-            TransportMode::Importance => edge.cos,
-        };
-        found.inverse_jacobian / cos_b
     }
 
     fn hit_light(
