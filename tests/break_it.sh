@@ -1,0 +1,240 @@
+#!/bin/sh
+# Tests the tests: breaks the renderer in one place after another and demands that a test notices.
+#
+#   tests/break_it.sh              every mutation below, the named tests of each
+#   tests/break_it.sh NAME...      some of them
+#   tests/break_it.sh --all NAME...  all oracles on each, and which tests fail (for docs/testing.md)
+#   tests/break_it.sh --list       their names
+#   tests/break_it.sh --check      only that each mutation still applies
+#
+# Takes a minute or two for each; not part of the normal test run. Works on the tree it stands in,
+# which must be clean, and leaves it clean.
+exec python3 - "$0" "$@" <<'PYTHON'
+import pathlib, re, signal, subprocess, sys
+
+script, arguments = pathlib.Path(sys.argv[1]).resolve(), sys.argv[2:]
+ROOT = script.parent.parent
+ORACLES = ["weights", "agreement", "closed_forms", "furnace", "references", "extremes"]
+
+# Name: file, exact text (once in the file), its replacement, tests that must fail as (target, filter).
+MUTATIONS = {}
+
+
+def mutation(name, file, old, new, *tests):
+    assert name not in MUTATIONS and tests
+    MUTATIONS[name] = (file, old, new, tests)
+
+
+# Cosines.
+mutation("connect: cosine at the camera vertex", "src/transport/connect.rs",
+         "let geometry = a.cos_s(w) * cos_b as f32 * b.incident_adjoint();",
+         "let geometry = cos_b as f32 * b.incident_adjoint();",
+         ("agreement", "techniques_on_diffuse"))
+mutation("connect: cosine at the light vertex", "src/transport/connect.rs",
+         "let geometry = a.cos_s(w) * cos_b as f32 * b.incident_adjoint();",
+         "let geometry = a.cos_s(w) * (1.0 / d2) as f32 * b.incident_adjoint();",
+         ("agreement", "techniques_on_diffuse"))
+mutation("next event: cosine at the vertex, BDPT", "src/transport/connect.rs",
+         "let mut value = a.beta * scattering.f * a.cos_s(light.wi) * light.incident;",
+         "let mut value = a.beta * scattering.f * light.incident;",
+         ("closed_forms", "point_light"))
+mutation("next event: cosine at the vertex, path tracer", "src/integrator/path.rs",
+         "scattering.f * at.ns.dot(light.wi).abs() * light.incident",
+         "scattering.f * light.incident",
+         ("closed_forms", "point_light"))
+mutation("next event: cosine at the light", "src/emitter/mod.rs",
+         "let incident = scale(emitted, link.geometry.abs() / densities.direct);",
+         "let away = match &at { Endpoint::Surface(s) => s.ng.as_dvec3().dot(link.direction).abs(), _ => 1.0 };\n"
+         "        let incident = scale(emitted, link.geometry.abs() / away / densities.direct);",
+         ("closed_forms", "unequal_lights"))
+mutation("to camera: cosine", "src/transport/connect.rs",
+         "let mut value = b.beta * scattering.f * (forward as f32 * b.incident_adjoint());",
+         "let mut value = b.beta * scattering.f * (seen.density as f32 * b.incident_adjoint());",
+         ("agreement", "techniques_on_diffuse"))
+mutation("emission: cosine", "src/emitter/mod.rs",
+         "let beta = scale(emitted, cos / (position * direction_density));",
+         "let beta = scale(emitted, 1.0 / (position * direction_density)) * cos.signum() as f32;",
+         ("agreement", "techniques_on_diffuse"))
+
+# Densities.
+mutation("weights: reverse density at a vertex", "src/transport/weight.rs",
+         "self.alpha + self.gamma * reverse_density",
+         "self.alpha + self.gamma * reverse_density.signum()",
+         ("weights", ""))
+mutation("walk: reverse density", "src/transport/subpath.rs",
+         "edge.remainder = vertex.partial.at(value.pdf_reverse as f64);",
+         "edge.remainder = vertex.partial.at(value.pdf as f64);",
+         ("weights", ""))
+mutation("connect: reverse density at the camera vertex", "src/transport/connect.rs",
+         "a.partial.at(at_a.pdf_reverse as f64)", "a.partial.at(at_a.pdf as f64)", ("weights", ""))
+mutation("connect: reverse density at the light vertex", "src/transport/connect.rs",
+         "b.partial.at(at_b.pdf_reverse as f64)", "b.partial.at(at_b.pdf as f64)", ("weights", ""))
+mutation("next event: reverse density", "src/transport/connect.rs",
+         "to_a * a.partial.at(scattering.pdf_reverse as f64)", "to_a * a.partial.at(scattering.pdf as f64)",
+         ("weights", ""))
+mutation("to camera: reverse density", "src/transport/connect.rs",
+         "forward * b.partial.at(scattering.pdf_reverse as f64)", "forward * b.partial.at(scattering.pdf as f64)",
+         ("weights", ""))
+mutation("Lambert: reverse density", "src/scatter/lambert.rs",
+         "pdf_reverse: warp::cosine_hemisphere_pdf_w(cos_o)", "pdf_reverse: warp::cosine_hemisphere_pdf_w(cos_i)",
+         ("weights", ""))
+mutation("rough metal: reverse density", "src/scatter/ggx.rs",
+         "pdf_reverse: 0.5 * d * v_i, cos_h", "pdf_reverse: 0.5 * d * v_o, cos_h", ("weights", ""))
+mutation("rough glass: reverse density", "src/scatter/rough_dielectric.rs",
+         "pdf_reverse: 2.0 * v_2 * common * n_1 * n_1", "pdf_reverse: 2.0 * v_2 * common * n_2 * n_2",
+         ("weights", ""))
+mutation("path tracer: density of hitting the light", "src/integrator/path.rs",
+         "let hit_density = if d.hittable { scattering.pdf as f64 * to_light } else { 0.0 };",
+         "let hit_density = if d.hittable { scattering.pdf_reverse as f64 * to_light } else { 0.0 };",
+         ("agreement", "integrators_on_glossy"))
+
+# Squared index ratios.
+mutation("smooth glass: eta squared", "src/scatter/smooth_dielectric.rs",
+         "TransportMode::Radiance => ratio * ratio,", "TransportMode::Radiance => 1.0,",
+         ("furnace", "radiance_within_a_medium"), ("agreement", "integrators_with_absorbing_glass"))
+mutation("rough glass: eta squared", "src/scatter/rough_dielectric.rs",
+         "TransportMode::Radiance => n_1,", "TransportMode::Radiance => n_2,",
+         ("agreement", "techniques_through_rough"))
+mutation("chain: squared indices in the étendue ratio", "src/transport/subpath.rs",
+         "record.etendue_ratio = start * self.kappa * self.cos / (here * end.cos);",
+         "record.etendue_ratio = self.kappa * self.cos / end.cos;",
+         ("agreement", "integrators_with_absorbing_glass"))
+
+# Sample counts.
+mutation("t = 1: sample count in the weight", "src/transport/connect.rs",
+         "weight: weight::connection(1.0, 0.0, light_side)", "weight: weight::connection(2.0, 0.0, light_side)",
+         ("weights", ""))
+mutation("t = 1: samples per pass", "src/render/film.rs",
+         "((*c + *l) * scale)", "((*c + *l * 0.9) * scale)", ("agreement", "integrators_on_glossy"))
+mutation("t = 1: importance of the film", "src/camera/mod.rs",
+         "1.0 / (self.film_area * cos.powi(3) * f64::from(distance).powi(2))",
+         "1.1 / (self.film_area * cos.powi(3) * f64::from(distance).powi(2))",
+         ("agreement", "techniques_on_diffuse"))
+mutation("weights: sample count of connections", "src/transport/subpath.rs",
+         "let technique = if edge.chain == 0 { 1.0 } else { 0.0 };",
+         "let technique = if edge.chain == 0 { 2.0 } else { 0.0 };", ("weights", ""))
+
+# Shading normals.
+mutation("connection: adjoint factor of the incident side", "src/transport/vertex.rs",
+         "self.at.ns.dot(self.wo).abs() / self.at.ng.dot(self.wo).abs()", "1.0",
+         ("agreement", "techniques_with_shading_normals"))
+mutation("walk: adjoint factor", "src/transport/subpath.rs",
+         "                walk.beta *= adjoint;\n", "", ("agreement", "techniques_with_shading_normals"))
+mutation("chain: adjoint factor in the étendue ratio", "src/transport/subpath.rs",
+         "TransportMode::Radiance => edge.kappa *= adjoint as f64,", "TransportMode::Radiance => {}",
+         ("weights", ""))
+
+# Absorption.
+mutation("connection: absorption", "src/transport/connect.rs",
+         "value *= world.transmittance(a.medium_toward(world, w), d2.sqrt() as f32);", "",
+         ("agreement", "techniques_within_an_absorbing"))
+mutation("next event: absorption", "src/transport/connect.rs",
+         "value *= world.transmittance(a.medium_toward(world, light.wi), length);", "let _ = length;",
+         ("closed_forms", "absorption"))
+mutation("to camera: absorption", "src/transport/connect.rs",
+         "value *= world.transmittance(medium, (seen.target - b.at.p).length());", "let _ = medium;",
+         ("agreement", "techniques_within_an_absorbing"))
+mutation("walk: absorption", "src/transport/subpath.rs",
+         "walk.beta *= world.transmittance(walk.medium, length);", "let _ = length;",
+         ("agreement", "techniques_within_an_absorbing"))
+mutation("connection: medium on the wrong side", "src/scene/world.rs",
+         "if at.ng.dot(direction) < 0.0 { self.inside } else { self.outside }",
+         "if at.ng.dot(direction) > 0.0 { self.inside } else { self.outside }",
+         ("agreement", "integrators_with_absorbing_glass"))
+mutation("light in a medium: start of the light path", "src/transport/subpath.rs",
+         "let medium = self.world.light_media[sample.light as usize][back as usize];",
+         "let medium = self.world.light_media[sample.light as usize][back as usize] * 0;",
+         ("agreement", "techniques_within_an_absorbing"))
+
+# Lights.
+mutation("D / R_m at the start of the light path", "src/transport/weight.rs",
+         "technique: technique * direct / position,", "technique,", ("weights", "sphere_light"))
+mutation("D / R_m where a camera path hits the light", "src/transport/weight.rs",
+         "finite_share(1.0, direct * partial.alpha + position * direction * partial.gamma)",
+         "finite_share(1.0, position * partial.alpha + position * direction * partial.gamma)",
+         ("weights", "sphere_light"))
+mutation("choice of a light: probability", "src/emitter/choose.rs",
+         "self.distribution.probability(light as usize).into()",
+         "{ let _ = light; 1.0 / self.distribution.len() as f64 }",
+         ("closed_forms", "unequal_lights"))
+mutation("choice of a light: left out of emission", "src/emitter/mod.rs",
+         "(self.probability(light) * l.position_density(), l.direction_density(at, direction))",
+         "(l.position_density(), l.direction_density(at, direction))",
+         ("agreement", "techniques_on_diffuse"))
+mutation("spot light: falloff", "src/emitter/mod.rs",
+         "let emitted = light.emitted(&at, -wi);", "let emitted = light.emitted(&at, -wi) * 1.01;",
+         ("closed_forms", "spot_light"))
+
+# Lengths and roulette.
+mutation("longest light path", "src/transport/subpath.rs",
+         "max_segments: self.max_depth - 1,", "max_segments: self.max_depth - 2,",
+         ("agreement", "techniques_on_diffuse"))
+mutation("longest connection", "src/integrator/bdpt.rs",
+         "if segments + light_segments + 1 > tracer.max_depth {", "if segments + light_segments + 1 >= tracer.max_depth {",
+         ("furnace", "depth_limit"))
+mutation("roulette: division, BDPT", "src/transport/subpath.rs",
+         "                    walk.beta /= survival;\n", "", ("agreement", "integrators_with_smooth_glass"))
+mutation("roulette: division, path tracer", "src/integrator/path.rs",
+         "                beta /= survival;\n", "", ("agreement", "integrators_with_smooth_glass"))
+
+
+def apply(name):
+    file, old, new, _ = MUTATIONS[name]
+    path = ROOT / file
+    text = path.read_text()
+    if text.count(old) != 1:
+        sys.exit(f"{name}: found {text.count(old)} times in {file}, not once: {old!r}")
+    return path, text, text.replace(old, new)
+
+
+def failing(target, filter):
+    """Names of the failing tests. A mutant that does not compile, and a filter without tests, are errors."""
+    build = subprocess.run(["cargo", "test", "--quiet", "--no-run", "--test", target], cwd=ROOT,
+                           capture_output=True, text=True)
+    if build.returncode != 0:
+        raise RuntimeError(build.stderr)
+    run = subprocess.run(["cargo", "test", "--test", target, filter], cwd=ROOT, capture_output=True, text=True)
+    failed = re.findall(r"^    (\S+)$", run.stdout.split("\nfailures:\n")[-1], re.M) if run.returncode else []
+    if run.returncode and not failed:
+        raise RuntimeError(run.stdout + run.stderr)
+    if not failed and not re.search(r"[1-9]\d* passed", run.stdout):
+        raise RuntimeError(f"no test of {target} matches '{filter}'")
+    return sorted(set(failed))
+
+
+def main():
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # so that a kill, too, restores the file
+    if arguments == ["--list"]:
+        return print("\n".join(MUTATIONS))
+    for name in MUTATIONS:
+        apply(name)
+    if arguments == ["--check"]:
+        return print(f"{len(MUTATIONS)} mutations apply")
+    if subprocess.run(["git", "status", "--porcelain", "--untracked-files=no"], cwd=ROOT, check=True,
+                      capture_output=True, text=True).stdout.strip():
+        sys.exit("the tree has changes: commit or stash them first")
+    everything = "--all" in arguments
+    names = [a for a in arguments if a != "--all"] or list(MUTATIONS)
+    for name in names:
+        if name not in MUTATIONS:
+            sys.exit(f"no mutation is called '{name}'; --list shows them")
+    unnoticed = []
+    for name in names:
+        path, before, after = apply(name)
+        tests = [(oracle, "") for oracle in ORACLES] if everything else MUTATIONS[name][3]
+        try:
+            path.write_text(after)
+            found = {target: failing(target, filter) for target, filter in tests}
+        finally:
+            path.write_text(before)
+        missing = [f"{t} {f}".strip() for t, f in tests if not found[t]]
+        text = "; ".join(f"{target}: {', '.join(failed)}" for target, failed in found.items() if failed)
+        print(f"{name}: {text or 'NOTHING FAILS'}", flush=True)
+        if (not any(found.values())) if everything else missing:
+            unnoticed.append(name)
+    if unnoticed:
+        sys.exit("not noticed as it should be: " + ", ".join(unnoticed))
+
+
+main()
+PYTHON
