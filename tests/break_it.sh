@@ -14,7 +14,7 @@ import pathlib, re, signal, subprocess, sys
 
 script, arguments = pathlib.Path(sys.argv[1]).resolve(), sys.argv[2:]
 ROOT = script.parent.parent
-ORACLES = ["weights", "agreement", "closed_forms", "furnace", "references", "extremes"]
+ORACLES = ["weights", "caustic", "agreement", "closed_forms", "furnace", "references", "extremes"]
 
 # Name: file, exact text (once in the file), its replacement, tests that must fail as (target, filter).
 MUTATIONS = {}
@@ -61,7 +61,7 @@ mutation("weights: reverse density at a vertex", "src/transport/weight.rs",
          "self.alpha + self.gamma * reverse_density",
          "self.alpha + self.gamma * reverse_density.signum()",
          ("weights", ""))
-mutation("walk: reverse density", "src/transport/subpath.rs",
+mutation("walk: reverse density", "src/transport/edge.rs",
          "edge.remainder = vertex.partial.at(value.pdf_reverse as f64);",
          "edge.remainder = vertex.partial.at(value.pdf as f64);",
          ("weights", ""))
@@ -95,7 +95,7 @@ mutation("smooth glass: eta squared", "src/scatter/smooth_dielectric.rs",
 mutation("rough glass: eta squared", "src/scatter/rough_dielectric.rs",
          "TransportMode::Radiance => n_1,", "TransportMode::Radiance => n_2,",
          ("agreement", "techniques_through_rough"))
-mutation("chain: squared indices in the étendue ratio", "src/transport/subpath.rs",
+mutation("chain: squared indices in the étendue ratio", "src/transport/edge.rs",
          "record.etendue_ratio = start * self.kappa * self.cos / (here * end.cos);",
          "record.etendue_ratio = self.kappa * self.cos / end.cos;",
          ("agreement", "integrators_with_absorbing_glass"))
@@ -176,6 +176,29 @@ mutation("roulette: division, BDPT", "src/transport/subpath.rs",
          "                    walk.beta /= survival;\n", "", ("agreement", "integrators_with_smooth_glass"))
 mutation("roulette: division, path tracer", "src/integrator/path.rs",
          "                beta /= survival;\n", "", ("agreement", "integrators_with_smooth_glass"))
+
+# Caustic connections.
+mutation("caustic: check cut to 3 iterations", "src/transport/caustic.rs",
+         "let edge = self.solve(a, b, &seen)?;\n        let same",
+         "let few = self.walks.iterations;\n        let edge = self.solve(a, b, &seen)?;\n"
+         "        if self.walks.iterations - few > 3 {\n            return None;\n        }\n        let same",
+         ("caustic", "ball"))
+mutation("caustic: no check", "src/transport/caustic.rs",
+         "edge.first.distance(first) < SAME_CHAIN && edge.last.distance(last) < SAME_CHAIN", "false",
+         ("caustic", "ball"))
+mutation("caustic: straight-line geometry in the contribution", "src/transport/caustic.rs",
+         "inverse_jacobian: chain.inverse_jacobian,",
+         "inverse_jacobian: chain.lengths().iter().sum::<f64>().powi(2),",
+         ("caustic", "ball"))
+mutation("caustic: eta squared", "src/transport/caustic.rs",
+         "(n_a / n_b).powi(2)", "(n_a / n_b).powi(0)",
+         ("caustic", "light_in_a_glass_ball"))
+mutation("caustic: depth cap", "src/transport/connect.rs",
+         "if a.segments + seen.segments() > self.max_depth {", "if a.segments > self.max_depth {",
+         ("caustic", "the_depth_cap"))
+mutation("caustic: chain counted in the camera's own technique", "src/transport/edge.rs",
+         "Departure::Camera => None,", "Departure::Camera => Some(Endpoint::Point(edge.origin)),",
+         ("weights", "area_light"))
 
 
 def apply(name):

@@ -64,6 +64,20 @@ fn ball() {
 }
 
 #[test]
+fn the_depth_cap_counts_the_vertices_of_a_chain() {
+    // Four segments from the camera to the lamp through the ball: camera, floor, ball, ball, lamp.
+    let mut b = stage(1.5);
+    let glass = b.glass(1.5, 0.0);
+    b.sphere(DVec3::new(0.0, 0.6, 0.0), 0.5, glass);
+    let world = b.commit();
+    for (depth, walks) in [(3, false), (4, true)] {
+        let settings = Settings { max_depth: depth, ..settings(Integrator::Mnee, SIDE, 4, 1) };
+        let found = common::run(&world, &settings).statistics.walks.connections > 0;
+        assert_eq!(found, walks, "walks at depth {depth}");
+    }
+}
+
+#[test]
 fn smooth_mesh() {
     let mut b = stage(1.5);
     let glass = b.glass(1.5, 0.0);
