@@ -70,7 +70,7 @@ mutation("connect: reverse density at the camera vertex", "src/transport/connect
 mutation("connect: reverse density at the light vertex", "src/transport/connect.rs",
          "b.partial.at(at_b.pdf_reverse as f64)", "b.partial.at(at_b.pdf as f64)", ("weights", ""))
 mutation("next event: reverse density", "src/transport/connect.rs",
-         "to_a * a.partial.at(scattering.pdf_reverse as f64)", "to_a * a.partial.at(scattering.pdf as f64)",
+         "{ a.partial.at(scattering.pdf_reverse as f64) };", "{ a.partial.at(scattering.pdf as f64) };",
          ("weights", ""))
 mutation("to camera: reverse density", "src/transport/connect.rs",
          "forward * b.partial.at(scattering.pdf_reverse as f64)", "forward * b.partial.at(scattering.pdf as f64)",
@@ -102,7 +102,7 @@ mutation("chain: squared indices in the étendue ratio", "src/transport/edge.rs"
 
 # Sample counts.
 mutation("t = 1: sample count in the weight", "src/transport/connect.rs",
-         "weight: weight::connection(1.0, 0.0, light_side)", "weight: weight::connection(2.0, 0.0, light_side)",
+         "weight::connection(1.0, 0.0, light_side)", "weight::connection(2.0, 0.0, light_side)",
          ("weights", ""))
 mutation("t = 1: samples per pass", "src/render/film.rs",
          "((*c + *l) * scale)", "((*c + *l * 0.9) * scale)", ("agreement", "integrators_on_glossy"))
@@ -110,9 +110,9 @@ mutation("t = 1: importance of the film", "src/camera/mod.rs",
          "1.0 / (self.film_area * cos.powi(3) * f64::from(distance).powi(2))",
          "1.1 / (self.film_area * cos.powi(3) * f64::from(distance).powi(2))",
          ("agreement", "techniques_on_diffuse"))
-mutation("weights: sample count of connections", "src/transport/subpath.rs",
-         "let technique = if edge.chain == 0 { 1.0 } else { 0.0 };",
-         "let technique = if edge.chain == 0 { 2.0 } else { 0.0 };", ("weights", ""))
+mutation("weights: sample count of connections", "src/transport/edge.rs",
+         "let mut technique = if edge.chain == 0 { 1.0 } else { 0.0 };",
+         "let mut technique = if edge.chain == 0 { 2.0 } else { 0.0 };", ("weights", ""))
 
 # Shading normals.
 mutation("connection: adjoint factor of the incident side", "src/transport/vertex.rs",
