@@ -68,9 +68,9 @@ pub fn check_paired_blocks(name: &str, a: &[Vec<f64>], b: &[Vec<f64>], limit: f6
     let score = |block: usize| {
         let (d, error) = mean_and_error(&pairs().map(|(a, b)| a[block] - b[block]).collect::<Vec<_>>());
         // Blocks that are always equal (black in both) say nothing.
-        if error > 0.0 { d / error } else { 0.0 }
+        (error > 0.0).then(|| d / error)
     };
-    let z: Vec<f64> = (0..a[0].len()).map(score).collect();
+    let z: Vec<f64> = (0..a[0].len()).filter_map(score).collect();
     let average = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
     let (d, error) = mean_and_error(&pairs().map(|(a, b)| average(a) - average(b)).collect::<Vec<_>>());
     let level = average(&b.iter().map(|b| average(b)).collect::<Vec<_>>());

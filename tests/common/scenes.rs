@@ -82,22 +82,52 @@ pub fn glossy() -> Builder {
     })
 }
 
-/// Shading normals: a coarse ball with the normals of a sphere, diffuse, a glossy one, and a flat
-/// floor whose normals lean.
+/// Shading normals: a coarse diffuse ball with the normals of a sphere, a glossy one, and a flat floor
+/// whose normals lean to the lamp on the right, so that Veach's factors are far from 1 and alike
+/// for most light that the floor throws at the balls.
 pub fn smooth_normals() -> Builder {
     let mut b = Builder::default();
-    let floor = b.diffuse(0.6);
+    let floor = b.diffuse(0.9);
     let positions = vec![[-1.75, 0.0, -1.5], [-1.75, 0.0, 1.5], [1.75, 0.0, 1.5], [1.75, 0.0, -1.5]];
-    let normals = vec![[0.3, 1.0, 0.2], [-0.3, 1.0, 0.1], [0.2, 1.0, -0.3], [0.0, 1.0, 0.3]];
+    let normals = vec![[0.5, 1.0, 0.1], [0.5, 1.0, -0.1], [0.4, 1.0, -0.1], [0.4, 1.0, 0.1]];
     let name = "leaning floor".to_owned();
     let mesh = MeshDescription { name, positions, normals, triangles: vec![[0, 1, 2], [0, 2, 3]] };
     b.mesh(mesh, floor, DAffine3::IDENTITY);
     let (ball, metal) =
         (b.diffuse(0.8), b.material(Scattering::Conductor { reflectance: Rgb::splat(0.8), roughness: 0.7 }));
-    b.mesh(icosphere(0.5, 1, true), ball, at(-0.6, 0.8, 0.0));
-    b.mesh(icosphere(0.5, 1, true), metal, at(0.7, 0.8, 0.1));
-    lamps(&mut b);
+    b.mesh(icosphere(0.5, 1, true), ball, at(-0.7, 0.8, 0.0));
+    b.mesh(icosphere(0.45, 1, true), metal, at(0.6, 0.75, 0.1));
+    let lamp = b.emitter(Scattering::Diffuse { reflectance: Rgb::splat(0.25) }, Rgb::splat(2.0));
+    b.quad(Vec3::new(1.0, 2.5, -1.0), Vec3::new(1.25, -1.5, 0.0), Vec3::Z * 2.0, lamp);
     view(&mut b);
+    b
+}
+
+/// A wall that is lit only through a slab of smooth glass, by another wall, which hides the lamp from
+/// it. One face of the slab has leaning normals: every path bears their factor across its chain.
+pub fn leaning_slab() -> Builder {
+    let mut b = Builder::default();
+    let (receiver, sender) = (b.diffuse(0.7), b.diffuse(0.8));
+    b.quad(Vec3::new(1.25, -1.0, -1.0), Vec3::Z * 2.0, Vec3::Y * 2.0, receiver);
+    b.quad(Vec3::new(-1.25, -1.0, -1.0), Vec3::Y * 2.0, Vec3::Z * 2.0, sender);
+    let glass = b.glass(1.5, 0.0);
+    let (low, high) = (Vec3::new(-0.1, -1.25, -1.25), Vec3::new(0.1, 1.25, 1.25));
+    let (x, y, z) = (Vec3::X * 0.2, Vec3::Y * 2.5, Vec3::Z * 2.5);
+    for (corner, e1, e2) in [(low, y, x), (low, x, z), (low + z, x, y), (low, z, y), (low + y, z, x)] {
+        b.quad(corner, e1, e2, glass);
+    }
+    let corner = low + x;
+    let positions = [corner, corner + y, corner + y + z, high - y].map(|p| p.to_array()).to_vec();
+    let name = "leaning face".to_owned();
+    let normals = vec![[1.0, 0.6, 0.0]; 4];
+    b.mesh(
+        MeshDescription { name, positions, normals, triangles: vec![[0, 1, 2], [0, 2, 3]] },
+        glass,
+        DAffine3::IDENTITY,
+    );
+    let lamp = b.lamp(4.0);
+    b.quad(Vec3::new(-1.0, 1.5, -0.75), Vec3::new(0.75, -0.5, 0.0), Vec3::Z * 1.5, lamp);
+    b.perspective([0.35, 0.0, 0.0], [1.0, 0.0, 0.0], 1.4);
     b
 }
 
@@ -127,7 +157,26 @@ pub fn smooth_glass() -> Builder {
     })
 }
 
-/// Smooth absorbing glass, a diffuse ball inside it.
+/// A ball of rough absorbing glass before a lamp: most light passes two rough boundaries, so that the
+/// techniques that meet between them count.
+pub fn lamp_behind_rough_glass() -> Builder {
+    let mut b = Builder::default();
+    let (floor, lamp) = (b.diffuse(0.5), b.emitter(Scattering::Diffuse { reflectance: Rgb::splat(0.25) }, Rgb::ONE));
+    b.quad(Vec3::new(-1.75, -0.5, -1.0), Vec3::Z * 3.0, Vec3::X * 3.5, floor);
+    b.quad(Vec3::new(-2.0, -0.25, -1.75), Vec3::X * 4.0, Vec3::Y * 2.5, lamp);
+    let glass = b.material(Scattering::Dielectric {
+        inside: Medium { ior: 1.5, absorption: Rgb::new(0.1, 0.3, 0.5) },
+        outside: Medium::VACUUM,
+        roughness: 0.8,
+        tint: Rgb::ONE,
+    });
+    b.sphere(DVec3::new(0.0, 0.75, 0.0), 0.9, glass);
+    view(&mut b);
+    b
+}
+
+/// Smooth absorbing glass with diffuse balls in it: two that see each other within the same glass, where
+/// light and camera subpaths that came through its boundary meet.
 pub fn absorbing_glass() -> Builder {
     lit(wide_lamp, |b| {
         let glass = b.material(Scattering::Dielectric {
@@ -136,10 +185,11 @@ pub fn absorbing_glass() -> Builder {
             roughness: 0.0,
             tint: Rgb::new(1.0, 0.9, 0.8),
         });
-        b.sphere(DVec3::new(0.6, 0.8, 0.2), 0.6, glass);
+        b.sphere(DVec3::new(0.6, 0.8, 0.2), 0.7, glass);
         b.cuboid(Vec3::new(-1.0, 0.25, -0.25), Vec3::new(-0.25, 0.875, 0.25), false, glass);
         let core = b.diffuse(0.8);
-        b.sphere(DVec3::new(0.6, 0.8, 0.2), 0.3, core);
+        b.sphere(DVec3::new(0.35, 0.8, 0.3), 0.2, core);
+        b.sphere(DVec3::new(0.85, 0.8, 0.2), 0.2, core);
     })
 }
 
