@@ -91,15 +91,14 @@ mutation("path tracer: density of hitting the light", "src/integrator/path.rs",
 # Squared index ratios.
 mutation("smooth glass: eta squared", "src/scatter/smooth_dielectric.rs",
          "TransportMode::Radiance => ratio * ratio,", "TransportMode::Radiance => 1.0,",
-         ("furnace", "radiance_within_a_medium"), ("agreement", "integrators_with_the_camera_in_glass"),
-         ("agreement", "integrators_with_absorbing_glass"))
+         ("furnace", "radiance_within_a_medium"), ("agreement", "integrators_with_everything_but"))
 mutation("rough glass: eta squared", "src/scatter/rough_dielectric.rs",
          "TransportMode::Radiance => n_1,", "TransportMode::Radiance => n_2,",
          ("agreement", "techniques_through_rough"))
 mutation("chain: squared indices in the étendue ratio", "src/transport/subpath.rs",
          "record.etendue_ratio = start * self.kappa * self.cos / (here * end.cos);",
          "record.etendue_ratio = self.kappa * self.cos / end.cos;",
-         ("agreement", "integrators_with_absorbing_glass"))
+         ("agreement", "integrators_with_everything_but"))
 
 # Sample counts.
 mutation("t = 1: sample count in the weight", "src/transport/connect.rs",
