@@ -132,7 +132,7 @@ fn integrators_with_the_camera_in_glass() {
 
 #[test]
 fn integrators_with_everything_but_the_lamp_in_glass() {
-    integrators_agree("aquarium", &scenes::aquarium(), 128);
+    integrators_agree("aquarium", &scenes::aquarium(), 384);
 }
 
 #[test]
