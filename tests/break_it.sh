@@ -60,11 +60,11 @@ mutation("emission: cosine", "src/emitter/mod.rs",
 mutation("weights: reverse density at a vertex", "src/transport/weight.rs",
          "self.alpha + self.gamma * reverse_density",
          "self.alpha + self.gamma * reverse_density.signum()",
-         ("weights", ""))
+         ("weights", ""), ("agreement", "integrators_on_glossy"))
 mutation("walk: reverse density", "src/transport/subpath.rs",
          "edge.remainder = vertex.partial.at(value.pdf_reverse as f64);",
          "edge.remainder = vertex.partial.at(value.pdf as f64);",
-         ("weights", ""))
+         ("weights", ""), ("agreement", "integrators_on_glossy"))
 mutation("connect: reverse density at the camera vertex", "src/transport/connect.rs",
          "a.partial.at(at_a.pdf_reverse as f64)", "a.partial.at(at_a.pdf as f64)", ("weights", ""))
 mutation("connect: reverse density at the light vertex", "src/transport/connect.rs",
@@ -103,7 +103,7 @@ mutation("chain: squared indices in the étendue ratio", "src/transport/subpath.
 # Sample counts.
 mutation("t = 1: sample count in the weight", "src/transport/connect.rs",
          "weight: weight::connection(1.0, 0.0, light_side)", "weight: weight::connection(2.0, 0.0, light_side)",
-         ("weights", ""))
+         ("weights", ""), ("agreement", "integrators_on_glossy"))
 mutation("t = 1: samples per pass", "src/render/film.rs",
          "((*c + *l) * scale)", "((*c + *l * 0.9) * scale)", ("agreement", "integrators_on_glossy"))
 mutation("t = 1: importance of the film", "src/camera/mod.rs",
@@ -112,7 +112,8 @@ mutation("t = 1: importance of the film", "src/camera/mod.rs",
          ("agreement", "techniques_on_diffuse"))
 mutation("weights: sample count of connections", "src/transport/subpath.rs",
          "let technique = if edge.chain == 0 { 1.0 } else { 0.0 };",
-         "let technique = if edge.chain == 0 { 2.0 } else { 0.0 };", ("weights", ""))
+         "let technique = if edge.chain == 0 { 2.0 } else { 0.0 };",
+         ("weights", ""), ("agreement", "integrators_on_glossy"))
 
 # Shading normals.
 mutation("connection: adjoint factor of the incident side", "src/transport/vertex.rs",
@@ -148,11 +149,12 @@ mutation("light in a medium: start of the light path", "src/transport/subpath.rs
 
 # Lights.
 mutation("D / R_m at the start of the light path", "src/transport/weight.rs",
-         "technique: technique * direct / position,", "technique,", ("weights", "sphere_light"))
+         "technique: technique * direct / position,", "technique,", ("weights", "sphere_light"),
+         ("agreement", "integrators_with_sphere_lights"))
 mutation("D / R_m where a camera path hits the light", "src/transport/weight.rs",
          "finite_share(1.0, direct * partial.alpha + position * direction * partial.gamma)",
          "finite_share(1.0, position * partial.alpha + position * direction * partial.gamma)",
-         ("weights", "sphere_light"))
+         ("weights", "sphere_light"), ("agreement", "integrators_with_sphere_lights"))
 mutation("choice of a light: probability", "src/emitter/choose.rs",
          "self.distribution.probability(light as usize).into()",
          "{ let _ = light; 1.0 / self.distribution.len() as f64 }",
