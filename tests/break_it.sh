@@ -64,7 +64,7 @@ mutation("weights: reverse density at a vertex", "src/transport/weight.rs",
 mutation("walk: reverse density", "src/transport/subpath.rs",
          "edge.remainder = vertex.partial.at(value.pdf_reverse as f64);",
          "edge.remainder = vertex.partial.at(value.pdf as f64);",
-         ("weights", ""), ("agreement", "integrators_on_glossy"))
+         ("weights", ""))
 mutation("connect: reverse density at the camera vertex", "src/transport/connect.rs",
          "a.partial.at(at_a.pdf_reverse as f64)", "a.partial.at(at_a.pdf as f64)", ("weights", ""))
 mutation("connect: reverse density at the light vertex", "src/transport/connect.rs",
