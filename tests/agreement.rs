@@ -131,6 +131,11 @@ fn integrators_with_the_camera_in_glass() {
 }
 
 #[test]
+fn integrators_with_everything_but_the_lamp_in_glass() {
+    integrators_agree("aquarium", &scenes::aquarium(), 384);
+}
+
+#[test]
 fn integrators_with_a_light_in_glass() {
     integrators_agree("light in glass", &scenes::light_in_glass(), 128);
 }

@@ -60,7 +60,7 @@ mutation("emission: cosine", "src/emitter/mod.rs",
 mutation("weights: reverse density at a vertex", "src/transport/weight.rs",
          "self.alpha + self.gamma * reverse_density",
          "self.alpha + self.gamma * reverse_density.signum()",
-         ("weights", ""))
+         ("weights", ""), ("agreement", "integrators_on_glossy"))
 mutation("walk: reverse density", "src/transport/edge.rs",
          "edge.remainder = vertex.partial.at(value.pdf_reverse as f64);",
          "edge.remainder = vertex.partial.at(value.pdf as f64);",
@@ -91,20 +91,19 @@ mutation("path tracer: density of hitting the light", "src/integrator/path.rs",
 # Squared index ratios.
 mutation("smooth glass: eta squared", "src/scatter/smooth_dielectric.rs",
          "TransportMode::Radiance => ratio * ratio,", "TransportMode::Radiance => 1.0,",
-         ("furnace", "radiance_within_a_medium"), ("agreement", "integrators_with_the_camera_in_glass"),
-         ("agreement", "integrators_with_absorbing_glass"))
+         ("furnace", "radiance_within_a_medium"), ("agreement", "integrators_with_everything_but"))
 mutation("rough glass: eta squared", "src/scatter/rough_dielectric.rs",
          "TransportMode::Radiance => n_1,", "TransportMode::Radiance => n_2,",
          ("agreement", "techniques_through_rough"))
 mutation("chain: squared indices in the étendue ratio", "src/transport/edge.rs",
          "record.etendue_ratio = start * self.kappa * self.cos / (here * end.cos);",
          "record.etendue_ratio = self.kappa * self.cos / end.cos;",
-         ("agreement", "integrators_with_absorbing_glass"))
+         ("agreement", "integrators_with_everything_but"))
 
 # Sample counts.
 mutation("t = 1: sample count in the weight", "src/transport/connect.rs",
          "weight::connection(1.0, 0.0, light_side)", "weight::connection(2.0, 0.0, light_side)",
-         ("weights", ""))
+         ("weights", ""), ("agreement", "integrators_on_glossy"))
 mutation("t = 1: samples per pass", "src/render/film.rs",
          "((*c + *l) * scale)", "((*c + *l * 0.9) * scale)", ("agreement", "integrators_on_glossy"))
 mutation("t = 1: importance of the film", "src/camera/mod.rs",
@@ -113,7 +112,7 @@ mutation("t = 1: importance of the film", "src/camera/mod.rs",
          ("agreement", "techniques_on_diffuse"))
 mutation("weights: sample count of connections", "src/transport/edge.rs",
          "let mut technique = if edge.chain == 0 { 1.0 } else { 0.0 };",
-         "let mut technique = if edge.chain == 0 { 2.0 } else { 0.0 };", ("weights", ""))
+         "let mut technique = if edge.chain == 0 { 2.0 } else { 0.0 };", ("weights", ""), ("agreement", "integrators_on_glossy"))
 
 # Shading normals.
 mutation("connection: adjoint factor of the incident side", "src/transport/vertex.rs",
@@ -149,11 +148,12 @@ mutation("light in a medium: start of the light path", "src/transport/subpath.rs
 
 # Lights.
 mutation("D / R_m at the start of the light path", "src/transport/weight.rs",
-         "technique: technique * direct / position,", "technique,", ("weights", "sphere_light"))
+         "technique: technique * direct / position,", "technique,", ("weights", "sphere_light"),
+         ("agreement", "integrators_with_sphere_lights"))
 mutation("D / R_m where a camera path hits the light", "src/transport/weight.rs",
          "finite_share(1.0, direct * partial.alpha + position * direction * partial.gamma)",
          "finite_share(1.0, position * partial.alpha + position * direction * partial.gamma)",
-         ("weights", "sphere_light"))
+         ("weights", "sphere_light"), ("agreement", "integrators_with_sphere_lights"))
 mutation("choice of a light: probability", "src/emitter/choose.rs",
          "self.distribution.probability(light as usize).into()",
          "{ let _ = light; 1.0 / self.distribution.len() as f64 }",

@@ -271,6 +271,27 @@ pub fn camera_in_glass() -> Builder {
     b
 }
 
+/// Camera, floor and balls in one block of glass, under a lamp outside. Light subpaths enter the glass
+/// as power and meet camera subpaths that carry radiance: the squared index counts at every junction.
+pub fn aquarium() -> Builder {
+    let mut b = Builder::default();
+    let glass = b.material(Scattering::Dielectric {
+        inside: Medium { ior: 1.5, absorption: Rgb::new(0.05, 0.1, 0.15) },
+        outside: Medium::VACUUM,
+        roughness: 0.0,
+        tint: Rgb::ONE,
+    });
+    b.cuboid(Vec3::new(-1.5, -0.25, -1.5), Vec3::new(1.5, 1.75, 1.75), false, glass);
+    let (floor, ball, other) = (b.diffuse(0.6), b.diffuse(0.8), b.diffuse(0.5));
+    b.quad(Vec3::new(-1.25, 0.0, -1.25), Vec3::Z * 2.5, Vec3::X * 2.5, floor);
+    b.sphere(DVec3::new(-0.4, 0.55, -0.2), 0.4, ball);
+    b.sphere(DVec3::new(0.5, 0.5, 0.1), 0.3, other);
+    let lamp = b.lamp(2.0);
+    b.quad(Vec3::new(-2.0, 2.25, -2.0), Vec3::X * 4.0, Vec3::Z * 4.0, lamp);
+    b.perspective([0.1, 1.1, 1.6], [0.0, 0.4, 0.0], 0.9);
+    b
+}
+
 /// A lamp in the shape of a sphere in a glass ball, and a diffuse ball that shares the glass.
 pub fn light_in_glass() -> Builder {
     let mut b = Builder::default();
