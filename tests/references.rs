@@ -92,6 +92,7 @@ fn check(name: &str, estimate: Estimate) {
         height: reference.size,
         samples,
         max_depth: reference.max_depth,
+        caustics: false,
         ..Settings::default()
     };
     let images = renders(&world, &settings, first_seed..first_seed + RUNS);
