@@ -14,6 +14,12 @@
 //! data before the first operation. Lengths are not rescaled: every formula is homogeneous in them and
 //! every threshold relative, so that scaling the scene by a power of two scales the result exactly.
 //!
+//! **Using it.** A connection collects the crossings of the straight segment in a [`Seed`], walks, and tests
+//! whether the segments of the [`Chain`] are free. A chain that was sampled instead goes vertex by vertex
+//! through a [`RayDifferential`] and [`Passage`]s, then through the same walk, camera side first, to see
+//! whether a connection would have found it. Triangles and spheres come from
+//! [`crate::geometry::differential`]: a hit names the primitive, and the crossing is computed anew in f64.
+//!
 //! **Notation.** Directions of travel run from `a` to `b`. `n_i`, `n_o` are the absolute refractive
 //! indices before and after a vertex. A segment is kept as direction and length rather than as the
 //! difference of two positions, which would lose the direction across a thin shell.

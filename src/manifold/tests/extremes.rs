@@ -67,6 +67,19 @@ fn equal_media_are_no_obstacle() {
     assert!(error(chain.inverse_jacobian, (b - a).length_squared()) < 1e-13);
 }
 
+/// An index-matched ball around a glass one: its half vector vanishes, its normalised one does not exist.
+#[test]
+fn equal_media_within_a_chain() {
+    let glass = Solid::ball(DVec3::ZERO, 1.0, 1.5);
+    let matched = Solid::ball(DVec3::Z * 0.2, 1.4, 1.0);
+    let (a, b) = (DVec3::new(0.3, 0.0, -3.0), DVec3::new(0.0, 0.4, 4.0));
+    let bare = connect(std::slice::from_ref(&glass), a, b, &EXACT).unwrap();
+    let wrapped = connect(&[glass, matched], a, b, &EXACT).unwrap();
+    assert!(wrapped.vertices().len() == 4 && wrapped.first.distance(bare.first) < 1e-13);
+    assert!(error(wrapped.inverse_jacobian, bare.inverse_jacobian) < 1e-12);
+    assert!(error(wrapped.transmittance, bare.transmittance) < 1e-14);
+}
+
 #[test]
 fn inner_focal_point() {
     // The image of a through the first interface lies on the second: a leading block vanishes.
