@@ -358,7 +358,8 @@ enum {
     CAUSTICA_INTEGRATOR_PATH = 1,    /* path tracing with next-event estimation */
     CAUSTICA_INTEGRATOR_BDPT = 2,    /* bidirectional path tracing with caustic connections */
     CAUSTICA_INTEGRATOR_MNEE = 3,    /* path tracing with manifold next-event estimation */
-    CAUSTICA_INTEGRATOR_BDPT_PLAIN = 4 /* bidirectional path tracing without caustic connections */
+    CAUSTICA_INTEGRATOR_BDPT_PLAIN = 4, /* bidirectional path tracing without caustic connections */
+    CAUSTICA_INTEGRATOR_LIGHT = 5    /* light tracing; what the camera sees through glass stays black */
 };
 
 enum {
@@ -428,6 +429,12 @@ typedef struct caustica_statistics {
     uint64_t camera_path_rays;  /* nearest-hit rays that continue camera subpaths */
     uint64_t light_path_rays;   /* nearest-hit rays of light subpaths */
     uint64_t shadow_rays;       /* visibility rays */
+    uint64_t walk_rays;         /* rays of manifold walks */
+    uint64_t connection_walks;  /* manifold walks tried to connect through glass */
+    uint64_t connected_walks;   /* of these, those that found a free chain */
+    uint64_t check_walks;       /* manifold walks to check sampled chains */
+    uint64_t confirmed_walks;   /* of these, those that found the chain */
+    uint64_t walk_iterations;   /* steps of all walks */
     uint64_t non_finite;        /* samples that were NaN or infinite, dropped from the image */
     uint32_t first_non_finite_pixel;  /* row * width + column; UINT32_MAX if there is none */
     uint32_t first_non_finite_sample; /* UINT32_MAX if there is none */

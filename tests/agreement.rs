@@ -9,7 +9,7 @@
 mod common;
 
 use caustica::render::Image;
-use caustica::render::job::{Integrator, Settings, Technique};
+use caustica::render::job::{Integrator, Settings, Technique, TechniqueImages};
 use common::oracle::{check_integrators, check_paired_blocks, first_seed};
 use common::stats::block_means;
 use common::{Builder, run, scenes, settings};
@@ -27,7 +27,7 @@ fn techniques_agree(name: &str, builder: &Builder, samples: u32, limits: &[f64])
     let longest = limits.len() as u32 + 1;
     let base = Settings { per_technique: true, max_depth: longest, ..settings(Integrator::Bdpt, 24, samples, 0) };
     let first = first_seed(name);
-    let runs: Vec<BTreeMap<Technique, (Image, Image)>> =
+    let runs: Vec<BTreeMap<Technique, TechniqueImages>> =
         (first..first + RUNS).map(|seed| run(&world, &Settings { seed, ..base.clone() }).techniques).collect();
     let mut wrong = Vec::new();
     for (length, &limit) in (2..).zip(limits) {
@@ -35,9 +35,12 @@ fn techniques_agree(name: &str, builder: &Builder, samples: u32, limits: &[f64])
         let means: Vec<Vec<Vec<f64>>> = (0..=length)
             .map(|s| {
                 let t = length + 1 - s;
-                let unweighted = |techniques: &BTreeMap<Technique, (Image, Image)>| {
+                let unweighted = |techniques: &BTreeMap<Technique, TechniqueImages>| {
                     let images = techniques.get(&(s, t));
-                    block_means(&images.unwrap_or_else(|| panic!("{name}: no paths of ({s}, {t})")).1, TECHNIQUE_BLOCK)
+                    block_means(
+                        &images.unwrap_or_else(|| panic!("{name}: no paths of ({s}, {t})")).unweighted,
+                        TECHNIQUE_BLOCK,
+                    )
                 };
                 runs.iter().map(unweighted).collect()
             })

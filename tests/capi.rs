@@ -189,6 +189,7 @@ fn both_sides_agree_on_layouts_and_constants() {
         }
         caustica_statistics = capi::pixels::Statistics {
             struct_size, width, height, samples, camera_rays, camera_path_rays, light_path_rays, shadow_rays,
+            walk_rays, connection_walks, connected_walks, check_walks, confirmed_walks, walk_iterations,
             non_finite, first_non_finite_pixel, first_non_finite_sample, commit_seconds, render_seconds, scene_bytes,
             film_bytes, threads, noise, backend
         }
@@ -211,8 +212,8 @@ fn both_sides_agree_on_layouts_and_constants() {
         light { LIGHT_POINT, LIGHT_SPOT, LIGHT_DIRECTIONAL }
         camera { CAMERA_PERSPECTIVE, CAMERA_ORTHOGRAPHIC }
         render {
-            INTEGRATOR_DEFAULT, INTEGRATOR_PATH, INTEGRATOR_BDPT, INTEGRATOR_MNEE, INTEGRATOR_BDPT_PLAIN, STATE_RUNNING, STATE_DONE, STATE_CANCELLED,
-            STATE_FAILED
+            INTEGRATOR_DEFAULT, INTEGRATOR_PATH, INTEGRATOR_BDPT, INTEGRATOR_MNEE, INTEGRATOR_BDPT_PLAIN,
+            INTEGRATOR_LIGHT, STATE_RUNNING, STATE_DONE, STATE_CANCELLED, STATE_FAILED
         }
         pixels { FORMAT_RGB_F32, FORMAT_RGBA_F32 }
         info { VERSION }

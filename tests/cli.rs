@@ -77,7 +77,7 @@ fn wrong_usage_is_exit_code_2() {
         &["render", SCENE, "-o", "a.exr", "--time", "-1"],
         &["render", SCENE, "-o", "a.exr", "--backend", "optix"],
         &["render", SCENE, "-o", "a.exr", "--exposure", "nan"],
-        &["render", SCENE, "-o", "a.exr", "--integrator", "path", "--techniques", "d"],
+        &["render", SCENE, "-o", "a.exr", "--integrator", "path", "--strategies", "d"],
         &["compare", "a.exr"],
     ];
     for args in wrong {
@@ -193,16 +193,16 @@ fn compare_writes_the_difference_and_refuses_other_sizes() {
 #[test]
 fn each_technique_becomes_two_images() {
     let folder = Folder::new();
-    let techniques = folder.path("techniques");
-    render(&folder.path("a.exr"), &["--techniques", &techniques, "--max-depth", "3"]);
+    let strategies = folder.path("techniques");
+    render(&folder.path("a.exr"), &["--strategies", &strategies, "--max-depth", "3"]);
     // With s + t - 1 <= 3 segments: direct view of light, next event, one of each of the others.
     for name in ["s00_t02", "s00_t03", "s01_t02", "s02_t02", "s02_t01"] {
         for suffix in ["", "_unweighted"] {
-            let file = Path::new(&techniques).join(format!("{name}{suffix}.exr"));
+            let file = Path::new(&strategies).join(format!("{name}{suffix}.exr"));
             assert!(file.exists(), "{}", file.display());
         }
     }
-    assert!(!Path::new(&techniques).join("s03_t02.exr").exists());
+    assert!(!Path::new(&strategies).join("s03_t02.exr").exists());
 }
 
 #[test]

@@ -73,7 +73,7 @@ fn the_technique_images_sum_to_the_image() {
     let output = common::run(&world, &settings);
     assert!(output.techniques.len() > 10, "{:?}", output.techniques.keys());
     for (i, pixel) in output.image.pixels.iter().enumerate() {
-        let sum: Rgb = output.techniques.values().map(|(weighted, _)| weighted.pixels[i]).sum();
+        let sum: Rgb = output.techniques.values().map(|t| t.weighted.pixels[i]).sum();
         assert!((sum - *pixel).abs().max_element() <= 1e-5 * pixel.max_element().max(1e-3), "pixel {i}: {sum} {pixel}");
     }
     let plain = Settings { per_technique: false, ..settings };

@@ -59,6 +59,18 @@ pub struct Statistics {
     pub light_path_rays: u64,
     /// Visibility rays.
     pub shadow_rays: u64,
+    /// Rays of manifold walks.
+    pub walk_rays: u64,
+    /// Walks for connections.
+    pub connection_walks: u64,
+    /// Of these, successful.
+    pub connected_walks: u64,
+    /// Walks that check sampled chains.
+    pub check_walks: u64,
+    /// Of these, successful.
+    pub confirmed_walks: u64,
+    /// Steps of all walks.
+    pub walk_iterations: u64,
     /// Samples that were NaN or infinite.
     pub non_finite: u64,
     /// Pixel of the first, or `UINT32_MAX`.
@@ -84,7 +96,7 @@ pub struct Statistics {
 // SAFETY: `repr(C)`, `u32` first, numbers only.
 unsafe impl Sized32 for Statistics {
     const NAME: &'static str = "caustica_statistics";
-    const FIRST_SIZE: usize = 168;
+    const FIRST_SIZE: usize = 216;
 }
 
 impl Statistics {
@@ -101,6 +113,12 @@ impl Statistics {
             camera_path_rays: s.camera_path_rays,
             light_path_rays: s.light_path_rays,
             shadow_rays: s.shadow_rays,
+            walk_rays: s.walk_rays,
+            connection_walks: s.walks.connections,
+            connected_walks: s.walks.connected,
+            check_walks: s.walks.checks,
+            confirmed_walks: s.walks.confirmed,
+            walk_iterations: s.walks.iterations,
             non_finite: s.non_finite,
             first_non_finite_pixel: pixel,
             first_non_finite_sample: sample,

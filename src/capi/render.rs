@@ -27,6 +27,8 @@ pub const INTEGRATOR_BDPT: u32 = 2;
 pub const INTEGRATOR_MNEE: u32 = 3;
 /// Bidirectional path tracing without caustic connections.
 pub const INTEGRATOR_BDPT_PLAIN: u32 = 4;
+/// Light tracing.
+pub const INTEGRATOR_LIGHT: u32 = 5;
 
 /// Not over yet.
 pub const STATE_RUNNING: u32 = 1;
@@ -323,6 +325,7 @@ fn request(device: &Arc<Device>, desc: In<RenderDesc>) -> Result<Request, Failur
         INTEGRATOR_PATH => Integrator::Path,
         INTEGRATOR_BDPT | INTEGRATOR_BDPT_PLAIN => Integrator::Bdpt,
         INTEGRATOR_MNEE => Integrator::Mnee,
+        INTEGRATOR_LIGHT => Integrator::Light,
         other => {
             return Err(Failure::argument("integrator", format!("is {other}; a CAUSTICA_INTEGRATOR_ was expected")));
         }

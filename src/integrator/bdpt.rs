@@ -58,22 +58,13 @@ pub fn sample<O: Observer>(
         tracer.trace_light(&mut stream(Stream::Light));
     }
     let mut connect_numbers = stream(Stream::Connect);
+    tracer.roulette = stream(Stream::Caustic);
 
     let mut radiance = Rgb::ZERO;
     for hit in &tracer.emitter_hits {
         radiance += hit.value * hit.weight as f32;
-        observer.observe(&Contribution {
-            s: 0,
-            t: hit.segments + 1,
-            pixel,
-            value: hit.value,
-            weight: hit.weight,
-            camera: &tracer.camera_vertices[..hit.vertices],
-            light: &[],
-            start: &hit.light,
-            chain: None,
-            hit: Some(hit),
-        });
+        let before = &tracer.camera_vertices[..hit.vertices];
+        observer.observe(&Contribution::of_hit(hit, pixel, before, hit.weight));
     }
     for i in 0..tracer.camera_vertices.len() {
         let segments = tracer.camera_vertices[i].segments;
@@ -89,6 +80,7 @@ pub fn sample<O: Observer>(
                 pixel,
                 value: joined.value,
                 weight: joined.weight,
+                weighted: joined.weighted,
                 camera: &tracer.camera_vertices[..=i],
                 light: &[],
                 start: &light,
@@ -110,6 +102,7 @@ pub fn sample<O: Observer>(
                     pixel,
                     value: joined.value,
                     weight: joined.weight,
+                    weighted: joined.weighted,
                     camera: &tracer.camera_vertices[..=i],
                     light: &tracer.light_vertices[..=j],
                     start,
@@ -130,6 +123,7 @@ pub fn sample<O: Observer>(
                 pixel: target,
                 value: joined.value,
                 weight: joined.weight,
+                weighted: joined.weighted,
                 camera: &[],
                 light: &tracer.light_vertices[..=j],
                 start,

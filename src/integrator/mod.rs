@@ -1,10 +1,11 @@
 //! Estimators of an image: one sample of one pixel at a time.
 
 pub mod bdpt;
+pub mod light;
 pub mod path;
 
 use crate::math::Rgb;
-use crate::transport::{LightVertex, Vertex};
+use crate::transport::{EmitterHit, LightVertex, Vertex};
 
 /// What one sample adds to the image.
 #[derive(Clone, Debug, Default)]
@@ -37,6 +38,8 @@ pub struct Contribution<'a> {
     pub value: Rgb,
     /// Its weight.
     pub weight: f64,
+    /// What it adds to the image. Finite also where the value is infinite and the weight zero.
+    pub weighted: Rgb,
     /// Connectable vertices from the camera, without the camera's own.
     pub camera: &'a [Vertex],
     /// Connectable vertices from the light, without the light's own.
@@ -46,7 +49,37 @@ pub struct Contribution<'a> {
     /// The chain that the technique walked, if it was a caustic connection.
     pub chain: Option<&'a crate::transport::caustic::CausticEdge>,
     /// For s = 0: the macro-edge to the light.
-    pub hit: Option<&'a crate::transport::EmitterHit>,
+    pub hit: Option<&'a EmitterHit>,
+}
+
+impl<'a> Contribution<'a> {
+    /// The technique s = 0.
+    fn of_hit(hit: &'a EmitterHit, pixel: u32, camera: &'a [Vertex], weight: f64) -> Contribution<'a> {
+        Contribution {
+            s: 0,
+            t: hit.segments + 1,
+            pixel,
+            value: hit.value,
+            weight,
+            weighted: hit.value * weight as f32,
+            camera,
+            light: &[],
+            start: &hit.light,
+            chain: None,
+            hit: Some(hit),
+        }
+    }
+
+    /// Whether the path has a chain of smooth refractions or reflections that the light crosses before
+    /// the vertex that the camera sees. A chain between that vertex and the camera makes no caustic.
+    pub fn is_caustic(&self) -> bool {
+        let Some((_, beyond)) = self.camera.split_first() else {
+            return self.light.iter().any(|v| v.edge.chain > 0);
+        };
+        self.chain.is_some()
+            || self.hit.is_some_and(|hit| hit.edge.chain > 0)
+            || beyond.iter().chain(self.light).any(|v| v.edge.chain > 0)
+    }
 }
 
 /// Looks at every full path, for images per technique and for tests. The unit type looks at nothing

@@ -14,8 +14,17 @@ use glam::Vec3;
 /// Scattering events before Russian roulette begins.
 const ROULETTE_FREE_EVENTS: u32 = 3;
 
-/// One sample of one pixel.
-pub fn sample(tracer: &mut Tracer, view: &View, seed: u64, pixel: u32, index: u32, out: &mut Sample) {
+/// One sample of one pixel; of caustic paths alone (see [`super::Contribution::is_caustic`]) if
+/// `caustics_only`.
+pub fn sample(
+    tracer: &mut Tracer,
+    view: &View,
+    seed: u64,
+    pixel: u32,
+    index: u32,
+    caustics_only: bool,
+    out: &mut Sample,
+) {
     let mut numbers = Sampler::new(seed, pixel, index, Stream::Camera);
     let mut connect_numbers = Sampler::new(seed, pixel, index, Stream::Connect);
     let raster = view.raster(seed, pixel, index);
@@ -28,7 +37,10 @@ pub fn sample(tracer: &mut Tracer, view: &View, seed: u64, pixel: u32, index: u3
     let mut radiance = Rgb::ZERO;
     // Density of the last direction if it came from a connectable lobe, and the vertex it left.
     let mut sampled: Option<(f32, Vec3)> = None;
+    // Whether a connectable vertex came before, and a chain after one.
+    let (mut seen, mut caustic) = (false, false);
 
+    let share = |caustic| if caustic || !caustics_only { 1.0 } else { 0.0 };
     for depth in 1..=tracer.max_depth {
         match depth {
             1 => tracer.rays.camera += 1,
@@ -37,7 +49,7 @@ pub fn sample(tracer: &mut Tracer, view: &View, seed: u64, pixel: u32, index: u3
         let Some(hit) = world.intersector.closest(&ray) else {
             if let Some((emitted, densities)) = world.lights.escape(ray.direction) {
                 let weight = sampled.map_or(1.0, |(pdf, _)| pdf as f64 / (pdf as f64 + densities.direct));
-                radiance += beta * emitted * weight as f32;
+                radiance += beta * emitted * weight as f32 * share(caustic);
             }
             break;
         };
@@ -54,7 +66,7 @@ pub fn sample(tracer: &mut Tracer, view: &View, seed: u64, pixel: u32, index: u3
                     let pdf_a = pdf as f64 * to_area;
                     pdf_a / (pdf_a + densities.direct)
                 });
-                radiance += beta * emitted * weight as f32;
+                radiance += beta * emitted * weight as f32 * share(caustic);
             }
         }
         if depth == tracer.max_depth {
@@ -83,7 +95,7 @@ pub fn sample(tracer: &mut Tracer, view: &View, seed: u64, pixel: u32, index: u3
                         }
                         let d = &light.densities;
                         let hit_density = if d.hittable { scattering.pdf as f64 * to_light } else { 0.0 };
-                        radiance += value * (d.direct / (d.direct + hit_density)) as f32;
+                        radiance += value * (d.direct / (d.direct + hit_density)) as f32 * share(caustic);
                     }
                 }
             }
@@ -93,6 +105,8 @@ pub fn sample(tracer: &mut Tracer, view: &View, seed: u64, pixel: u32, index: u3
         beta *= next.weight;
         roulette *= next.weight;
         sampled = next.connectable.then_some((next.pdf, at.p));
+        caustic |= seen && !next.connectable;
+        seen |= next.connectable;
         if let Some(boundary) = world.boundary(hit.shape).filter(|_| next.transmitted) {
             let before = world.media[medium as usize].ior;
             medium = boundary.medium_toward(&at, next.wi);

@@ -1,14 +1,16 @@
 //! One render request.
 
 use super::Image;
-use super::passes::{Passes, Tile};
+use super::passes::{Passes, TechniqueSplat, Tile};
+use super::pilot;
 use crate::camera::{Camera, Endpoint};
 use crate::integrator::bdpt::{self, View};
-use crate::integrator::{Contribution, Observer, Sample, path};
+use crate::integrator::{Contribution, Observer, Sample, Splat, light, path};
 use crate::pool;
 use crate::scene::World;
 use crate::transport::Tracer;
-use crate::transport::caustic::WalkCount;
+use crate::transport::caustic::{CausticOptions, Check, GeometryTerm, WalkCount};
+use crate::transport::roulette::Roulette;
 use glam::Vec2;
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -20,6 +22,8 @@ use std::time::{Duration, Instant};
 pub enum Integrator {
     /// Path tracing with next-event estimation.
     Path,
+    /// Light tracing.
+    Light,
     /// Path tracing with manifold next-event estimation (Hanika et al. 2015).
     Mnee,
     /// Bidirectional path tracing (Veach 1997, ch. 10), with caustic connections (Speierer et al. 2018)
@@ -51,7 +55,11 @@ pub struct Settings {
     pub threads: usize,
     /// Whether the bidirectional path tracer connects through glass.
     pub caustics: bool,
-    /// Also keep one image per technique (s, t), weighted and unweighted.
+    /// How it does.
+    pub caustic_options: CausticOptions,
+    /// Leave out all paths but caustic ones, see [`Contribution::is_caustic`].
+    pub caustics_only: bool,
+    /// Also keep images per technique (s, t).
     pub per_technique: bool,
 }
 
@@ -68,6 +76,8 @@ impl Default for Settings {
             seed: 0,
             threads: 0,
             caustics: true,
+            caustic_options: CausticOptions::default(),
+            caustics_only: false,
             per_technique: false,
         }
     }
@@ -78,11 +88,17 @@ impl Settings {
     pub fn describe(&self) -> String {
         let integrator = match (self.integrator, self.caustics) {
             (Integrator::Path, _) => "path",
+            (Integrator::Light, _) => "light",
             (Integrator::Mnee, _) => "mnee",
             (Integrator::Bdpt, true) => "bdpt caustics=on",
             (Integrator::Bdpt, false) => "bdpt caustics=off",
         };
-        format!("integrator={integrator} max-depth={}", self.max_depth)
+        let only = if self.caustics_only { " caustics-only" } else { "" };
+        let how = match self.caustic_options {
+            options if options == CausticOptions::default() => String::new(),
+            options => format!(" {options:?}"),
+        };
+        format!("integrator={integrator} max-depth={}{only}{how}", self.max_depth)
     }
 }
 
@@ -163,13 +179,24 @@ impl Statistics {
 /// One technique: the number of light-subpath vertices and of camera-subpath vertices (Veach's s, t).
 pub type Technique = (u32, u32);
 
+/// The images of one technique.
+#[derive(Clone, Debug, Default)]
+pub struct TechniqueImages {
+    /// What it adds to the picture.
+    pub weighted: Image,
+    /// What it says on its own, of the paths that it can make.
+    pub unweighted: Image,
+    /// The caustic paths' part of `weighted`.
+    pub caustic: Image,
+}
+
 /// A finished (or cancelled, with what was whole) render.
 #[derive(Clone, Debug, Default)]
 pub struct Output {
     /// The image.
     pub image: Image,
-    /// Per technique: weighted image, unweighted image. Empty unless asked for.
-    pub techniques: BTreeMap<Technique, (Image, Image)>,
+    /// By technique. Empty unless asked for.
+    pub techniques: BTreeMap<Technique, TechniqueImages>,
     /// What happened.
     pub statistics: Statistics,
     /// Whether it was cancelled before the last pass.
@@ -233,21 +260,84 @@ fn validate(world: &World, settings: &Settings) -> Result<(), RenderError> {
         let expected = format!("the scene has {} cameras", world.cameras.len());
         return RenderError::setting("camera", settings.camera, expected);
     }
+    let CausticOptions { geometry_term, check, .. } = settings.caustic_options;
+    if check != Check::Exact && geometry_term != GeometryTerm::Direct {
+        let why = "all but the exact check need the direct geometry term";
+        return RenderError::setting("check", format!("{check:?}"), why);
+    }
     if settings.threads > 4096 {
         return RenderError::setting("threads", settings.threads, "at most 4096 were expected");
     }
     Ok(())
 }
 
-/// Keeps what each technique adds to a tile.
-struct TechniqueRecorder<'a>(&'a mut Tile);
+/// Sorts the paths of a sample for a tile.
+struct Sorter<'a> {
+    tile: &'a mut Tile,
+    pixel: u32,
+    /// Into images per technique.
+    per_technique: bool,
+    /// The sum of caustic paths.
+    caustics: Sample,
+}
 
-impl Observer for TechniqueRecorder<'_> {
+impl Observer for Sorter<'_> {
     fn observe(&mut self, c: &Contribution) {
-        let weighted = c.value * c.weight as f32;
-        if c.value.is_finite() && weighted.is_finite() {
-            self.0.techniques.push(((c.s, c.t), c.pixel, weighted, c.value));
+        let caustic = c.is_caustic();
+        if caustic && c.t == 1 {
+            self.caustics.splats.push(Splat { pixel: c.pixel, value: c.weighted });
+        } else if caustic {
+            debug_assert_eq!(c.pixel, self.pixel);
+            self.caustics.radiance += c.weighted;
         }
+        if self.per_technique && c.value.is_finite() && c.weighted.is_finite() {
+            self.tile.techniques.push(TechniqueSplat {
+                technique: (c.s, c.t),
+                pixel: c.pixel,
+                weighted: c.weighted,
+                unweighted: c.value,
+                caustic,
+            });
+        }
+    }
+}
+
+fn connects_through_glass(world: &World, settings: &Settings) -> bool {
+    world.requirements.caustics
+        && match settings.integrator {
+            Integrator::Path | Integrator::Light => false,
+            Integrator::Mnee => true,
+            Integrator::Bdpt => settings.caustics,
+        }
+}
+
+fn tracer<'w>(world: &'w World, view: &View, settings: &Settings) -> Tracer<'w> {
+    let mut tracer = Tracer::new(world, settings.max_depth);
+    tracer.camera_only = settings.integrator == Integrator::Mnee;
+    tracer.caustics = connects_through_glass(world, settings);
+    // The camera's own path crosses glass before the camera at no cost; only where a light cannot be hit
+    // does the connection find paths that nothing else finds.
+    tracer.camera_caustics = tracer.caustics
+        && settings.integrator == Integrator::Bdpt
+        && world.requirements.delta_lights
+        && matches!(view.camera.endpoint(), Endpoint::Point(_));
+    tracer.options = settings.caustic_options;
+    tracer
+}
+
+/// One sample of a technique-wise integrator.
+fn estimate<O: Observer>(
+    tracer: &mut Tracer,
+    view: &View,
+    settings: &Settings,
+    pixel: u32,
+    pass: u32,
+    sample: &mut Sample,
+    observer: &mut O,
+) {
+    match settings.integrator {
+        Integrator::Light => light::sample(tracer, view, settings.seed, pixel, pass, sample, observer),
+        _ => bdpt::sample(tracer, view, settings.seed, pixel, pass, sample, observer),
     }
 }
 
@@ -273,22 +363,15 @@ pub fn render(
     let last_report = Mutex::new(start);
     progress(Progress { fraction: 0.0, samples: 0, rays: 0, elapsed: start.elapsed(), noise: f32::NAN });
 
+    let brightness = match settings.caustic_options.roulette {
+        Roulette::Contribution(_) if connects_through_glass(world, settings) => {
+            pilot::brightness(&mut tracer(world, &view, settings), &view, settings, cancel)
+        }
+        _ => 0.0,
+    };
     let work = |_worker: usize| {
-        let mut tracer = Tracer::new(world, settings.max_depth);
-        let glass = world.requirements.caustics;
-        tracer.camera_only = settings.integrator == Integrator::Mnee;
-        tracer.caustics = glass
-            && match settings.integrator {
-                Integrator::Path => false,
-                Integrator::Mnee => true,
-                Integrator::Bdpt => settings.caustics,
-            };
-        // The camera's own path crosses glass before the camera at no cost; only where a light cannot
-        // be hit does the connection find paths that nothing else finds.
-        tracer.camera_caustics = tracer.caustics
-            && settings.integrator == Integrator::Bdpt
-            && world.requirements.delta_lights
-            && matches!(view.camera.endpoint(), Endpoint::Point(_));
+        let mut tracer = tracer(world, &view, settings);
+        tracer.brightness = brightness;
         let mut sample = Sample::default();
         let stop = || cancel.is_cancelled();
         while let Some(mut tile) = passes.next_tile(&stop) {
@@ -300,15 +383,17 @@ pub fn render(
                 }
                 sample.splats.clear();
                 let (seed, pass) = (settings.seed, tile.pass);
-                match settings.integrator {
-                    Integrator::Path => path::sample(&mut tracer, &view, seed, pixel, pass, &mut sample),
-                    Integrator::Mnee | Integrator::Bdpt if settings.per_technique => {
-                        let mut recorder = TechniqueRecorder(&mut tile);
-                        bdpt::sample(&mut tracer, &view, seed, pixel, pass, &mut sample, &mut recorder);
+                if settings.integrator == Integrator::Path {
+                    path::sample(&mut tracer, &view, seed, pixel, pass, settings.caustics_only, &mut sample);
+                } else if settings.per_technique || settings.caustics_only {
+                    let per_technique = settings.per_technique;
+                    let mut sorter = Sorter { tile: &mut tile, pixel, per_technique, caustics: Sample::default() };
+                    estimate(&mut tracer, &view, settings, pixel, pass, &mut sample, &mut sorter);
+                    if settings.caustics_only {
+                        sample = sorter.caustics;
                     }
-                    Integrator::Mnee | Integrator::Bdpt => {
-                        bdpt::sample(&mut tracer, &view, seed, pixel, pass, &mut sample, &mut ());
-                    }
+                } else {
+                    estimate(&mut tracer, &view, settings, pixel, pass, &mut sample, &mut ());
                 }
                 tile.add(pixel, &sample);
             }

@@ -5,5 +5,6 @@ pub mod film;
 pub mod image;
 pub mod job;
 pub mod passes;
+mod pilot;
 
 pub use image::Image;

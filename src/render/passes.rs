@@ -3,7 +3,7 @@
 //! do not depend on who computed what and when.
 
 use super::film::Film;
-use super::job::{Output, RenderError, Settings, Statistics, Technique};
+use super::job::{Output, RenderError, Settings, Statistics, Technique, TechniqueImages};
 use crate::integrator::{Sample, Splat};
 use crate::math::Rgb;
 use crate::render::Image;
@@ -21,6 +21,21 @@ const TILE_PIXELS: u32 = 1024;
 /// Passes that may wait for an earlier one's last tile. Bounds memory; two keep all workers busy.
 const PASSES_AHEAD: u32 = 2;
 
+/// What one path adds to the images of its technique.
+#[derive(Clone, Copy, Debug)]
+pub struct TechniqueSplat {
+    /// Which.
+    pub technique: Technique,
+    /// Where.
+    pub pixel: u32,
+    /// With its weight.
+    pub weighted: Rgb,
+    /// Without.
+    pub unweighted: Rgb,
+    /// Whether the path is a caustic one.
+    pub caustic: bool,
+}
+
 /// The unit of work: some pixels of one pass.
 #[derive(Debug)]
 pub struct Tile {
@@ -34,8 +49,8 @@ pub struct Tile {
     pub camera: Vec<Rgb>,
     /// Light-image contributions.
     pub splats: Vec<Splat>,
-    /// Per-technique contributions: technique, pixel, weighted, unweighted. Empty unless asked for.
-    pub techniques: Vec<(Technique, u32, Rgb, Rgb)>,
+    /// Contributions by technique. Empty unless asked for.
+    pub techniques: Vec<TechniqueSplat>,
     /// Rays it took.
     pub rays: RayCount,
     /// Manifold walks it took.
@@ -80,7 +95,7 @@ struct State {
     /// Tiles of passes that are not in the film yet.
     waiting: BTreeMap<u32, Vec<Option<Tile>>>,
     film: Film,
-    techniques: BTreeMap<Technique, (Vec<DVec3>, Vec<DVec3>)>,
+    techniques: BTreeMap<Technique, [Vec<DVec3>; 3]>,
     rays: RayCount,
     walks: WalkCount,
     non_finite: u64,
@@ -203,7 +218,12 @@ impl Passes {
             height: film.height,
             pixels: sums.iter().map(|s| (*s * scale).as_vec3()).collect(),
         };
-        let techniques = state.techniques.iter().map(|(t, (w, u))| (*t, (average(w), average(u)))).collect();
+        let images = |[weighted, unweighted, caustic]: &[Vec<DVec3>; 3]| TechniqueImages {
+            weighted: average(weighted),
+            unweighted: average(unweighted),
+            caustic: average(caustic),
+        };
+        let techniques = state.techniques.iter().map(|(technique, sums)| (*technique, images(sums))).collect();
         let statistics = Statistics {
             samples: film.passes,
             camera_rays: state.rays.camera,
@@ -229,11 +249,13 @@ impl State {
         for splat in &tile.splats {
             self.film.add_light(splat.pixel, splat.value);
         }
-        for &(technique, pixel, weighted, unweighted) in &tile.techniques {
-            let black = || vec![DVec3::ZERO; pixels as usize];
-            let sums = self.techniques.entry(technique).or_insert_with(|| (black(), black()));
-            sums.0[pixel as usize] += weighted.as_dvec3();
-            sums.1[pixel as usize] += unweighted.as_dvec3();
+        for splat in &tile.techniques {
+            let black = || std::array::from_fn(|_| vec![DVec3::ZERO; pixels as usize]);
+            let sums = self.techniques.entry(splat.technique).or_insert_with(black);
+            let caustic = if splat.caustic { splat.weighted } else { Rgb::ZERO };
+            for (sum, value) in sums.iter_mut().zip([splat.weighted, splat.unweighted, caustic]) {
+                sum[splat.pixel as usize] += value.as_dvec3();
+            }
         }
         self.rays = self.rays + tile.rays;
         self.walks += tile.walks;

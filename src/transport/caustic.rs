@@ -9,6 +9,7 @@
 
 use super::Tracer;
 use super::interfaces::{Refractors, meets_box};
+use super::roulette::Roulette;
 use crate::camera::Endpoint;
 use crate::geometry::{Ray, Shape};
 use crate::manifold::{Crossing, End, MAX_CHAIN, Rejection, Seed, Source, WalkSettings, walk};
@@ -16,10 +17,81 @@ use crate::math::Rgb;
 use crate::scene::world::MediumId;
 use glam::{DVec3, Vec3};
 use std::cell::Cell;
+use std::time::Instant;
 
 /// Largest difference of the directions at an end, in radians, for two chains to be the same. Two
 /// solutions this close lie within the square of it of a fold, where there is no energy to speak of.
 const SAME_CHAIN: f32 = 1e-4;
+
+/// Which geometry term of a chain enters the weights. Contributions always have the exact one, so both
+/// are unbiased.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum GeometryTerm {
+    /// The generalised geometry term. Where the light gathers, the weight falls as the contribution grows.
+    #[default]
+    Exact,
+    /// As if the ends saw each other (Speierer et al. 2018, §3.2), with the cosines of the real directions.
+    /// Near a caustic the weighted contribution is unbounded.
+    Direct,
+}
+
+/// How a sampled chain is recognised as one that a connection would have found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Check {
+    /// By the connection's own walk.
+    #[default]
+    Exact,
+    /// By the first [`FEW`] steps of it (Speierer et al. 2018, §3.3.1). Biased: counts energy twice where
+    /// the walk needs more steps.
+    Few,
+    /// Not at all. Biased: loses the energy of all chains that no walk finds.
+    Off,
+}
+
+/// Steps of [`Check::Few`].
+pub const FEW: u32 = 3;
+
+/// "Close enough" for [`Check::Few`]: largest deviation from Snell's law, and from the sampled
+/// directions, in radians.
+const CLOSE_ENOUGH: f64 = 0.02;
+
+/// How caustic connections are made and weighed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CausticOptions {
+    /// In the weights.
+    pub geometry_term: GeometryTerm,
+    /// Of sampled chains. All but the exact one need [`GeometryTerm::Direct`]: without the walk's result
+    /// the generalised term of a sampled chain is not known.
+    pub check: Check,
+    /// The walk.
+    pub walk: WalkSettings,
+    /// Which connections are tried.
+    pub roulette: Roulette,
+}
+
+impl Default for CausticOptions {
+    fn default() -> Self {
+        CausticOptions {
+            geometry_term: GeometryTerm::Exact,
+            check: Check::Exact,
+            walk: WalkSettings::default(),
+            roulette: Roulette::Contribution(0.5),
+        }
+    }
+}
+
+impl CausticOptions {
+    /// What the paper describes: the direct term, a check of few steps, roulette by lengths. The walk is
+    /// the default one.
+    pub fn paper() -> CausticOptions {
+        CausticOptions {
+            geometry_term: GeometryTerm::Direct,
+            check: Check::Few,
+            walk: WalkSettings::default(),
+            roulette: Roulette::Lengths,
+        }
+    }
+}
 
 /// What lies between two ends.
 pub enum Sight {
@@ -58,6 +130,10 @@ pub struct CausticEdge {
     pub last: Vec3,
     /// `cos_b / J`, see [`crate::manifold::Chain::inverse_jacobian`].
     pub inverse_jacobian: f64,
+    /// What stands for it in the weights, see [`GeometryTerm`].
+    pub weight_inverse_jacobian: f64,
+    /// `n_a² kappa / n_b²`, the étendue ratio over the cosines, or what stands for it in the weights.
+    pub weight_etendue: f64,
     /// Shading-normal factor of the étendue identity.
     pub kappa: f64,
     /// `(n_a / n_b)²`: scales radiance from `b` to `a`.
@@ -69,10 +145,10 @@ pub struct CausticEdge {
 }
 
 impl CausticEdge {
-    /// `n_a² kappa cos_a / (n_b² cos_b)`: the reverse Jacobian over the forward one.
+    /// `n_a² kappa cos_a / (n_b² cos_b)`: the reverse Jacobian over the forward one, in the weights.
     #[inline]
     pub fn etendue_ratio(&self, cos_a: f64, cos_b: f64) -> f64 {
-        self.index_ratio * self.kappa * cos_a / cos_b
+        self.weight_etendue * cos_a / cos_b
     }
 }
 
@@ -81,7 +157,9 @@ impl CausticEdge {
 pub struct WalkCount {
     /// Walks tried for connections.
     pub connections: u64,
-    /// Of these, those that gave a chain.
+    /// Attempts that roulette spared, whether there was glass in the way or not.
+    pub spared: u64,
+    /// Walks that gave a chain.
     pub connected: u64,
     /// Walks run to check a sampled chain.
     pub checks: u64,
@@ -89,11 +167,22 @@ pub struct WalkCount {
     pub confirmed: u64,
     /// Newton steps of all walks, halved ones included.
     pub iterations: u64,
+    /// Walks by their steps: class `k` has those of `2^k` to `2^(k+1) - 1`, the first also none. Walks that
+    /// converged, and those that did not.
+    pub steps: [[u64; STEP_CLASSES]; 2],
+    /// Nanoseconds spent on connecting and on checking: every [`TIMED`]th walk is timed.
+    pub nanoseconds: [u64; 2],
     /// Walks whose chain was blocked.
     pub occluded: u64,
     /// Walks without convergence, or to a wrong root, by reason: see [`Rejection`].
     pub rejected: [u64; REASONS.len()],
 }
+
+/// Classes of [`WalkCount::steps`].
+pub const STEP_CLASSES: usize = 8;
+
+/// One walk of so many is timed.
+const TIMED: u64 = 16;
 
 /// The reasons that [`WalkCount::rejected`] counts, in its order.
 pub const REASONS: [Rejection; 9] = [
@@ -113,16 +202,29 @@ impl WalkCount {
     pub fn total(&self) -> u64 {
         self.connections + self.checks
     }
+
+    fn count_steps(&mut self, iterations: u32, converged: bool) {
+        self.iterations += u64::from(iterations);
+        let class = iterations.max(1).ilog2() as usize;
+        self.steps[usize::from(!converged)][class.min(STEP_CLASSES - 1)] += 1;
+    }
 }
 
 impl std::ops::AddAssign for WalkCount {
     fn add_assign(&mut self, o: WalkCount) {
         self.connections += o.connections;
+        self.spared += o.spared;
         self.connected += o.connected;
         self.checks += o.checks;
         self.confirmed += o.confirmed;
         self.iterations += o.iterations;
         self.occluded += o.occluded;
+        for (n, more) in self.steps.as_flattened_mut().iter_mut().zip(o.steps.as_flattened()) {
+            *n += more;
+        }
+        for (n, more) in self.nanoseconds.iter_mut().zip(o.nanoseconds) {
+            *n += more;
+        }
         for (r, n) in self.rejected.iter_mut().zip(o.rejected) {
             *r += n;
         }
@@ -146,20 +248,16 @@ fn segment(a: &Endpoint, b: &Endpoint) -> Option<Ray> {
 }
 
 impl Tracer<'_> {
-    /// Whether the segment meets a box around glass; without one there is no chain on it.
+    /// The segment, if it meets a box around glass; without one there is no chain on it.
     #[inline]
-    pub(super) fn may_see_glass(&self, a: &Endpoint, b: &Endpoint) -> bool {
-        segment(a, b).is_some_and(|ray| self.world.refractors.iter().any(|(low, high)| meets_box(&ray, *low, *high)))
+    pub(super) fn toward_glass(&self, a: &Endpoint, b: &Endpoint) -> Option<Ray> {
+        segment(a, b).filter(|ray| self.world.refractors.iter().any(|(low, high)| meets_box(ray, *low, *high)))
     }
 
-    /// What lies on the segment from `a` to `b`: the visibility test and, where refracting surfaces alone
-    /// block it, the seed of a walk.
-    pub fn sight(&mut self, a: &Endpoint, b: &Endpoint) -> Sight {
+    /// What lies on the segment `ray` from `a` to `b`: the visibility test and, where refracting surfaces
+    /// alone block it, the seed of a walk.
+    pub(super) fn sight(&mut self, mut ray: Ray, a: &Endpoint, b: &Endpoint) -> Sight {
         let world = self.world;
-        let Some(mut ray) = segment(a, b) else { return Sight::Blocked };
-        if !world.refractors.iter().any(|(low, high)| meets_box(&ray, *low, *high)) {
-            return if self.visible(&ray) { Sight::Clear } else { Sight::Blocked };
-        }
         let origin = a.position().as_dvec3();
         let direction = ray.direction.as_dvec3();
         let mut seen: Option<Box<Seen>> = None;
@@ -216,7 +314,7 @@ impl Tracer<'_> {
 
     /// `S(a, b)` from its seed: the unobstructed chain from `a` (camera side) to `b` (light side), or
     /// nothing.
-    pub fn solve(&mut self, a: &Endpoint, b: &Endpoint, seen: &Seen) -> Option<CausticEdge> {
+    fn solve(&mut self, a: &Endpoint, b: &Endpoint, seen: &Seen, settings: WalkSettings) -> Option<CausticEdge> {
         let world = self.world;
         let origin = a.position().as_dvec3();
         let refractors = Refractors { world, origin, rays: Cell::new(0) };
@@ -228,15 +326,15 @@ impl Tracer<'_> {
             Endpoint::Surface(at) => Some(Source { interface: at.shape, primitive: at.primitive }),
             _ => None,
         };
-        let chain = walk(&refractors, source, end, &seen.seed, &WalkSettings::default());
+        let chain = walk(&refractors, source, end, &seen.seed, &settings);
         self.rays.walk += refractors.rays.get();
         let chain = match chain {
             Ok(chain) => {
-                self.walks.iterations += u64::from(chain.iterations);
+                self.walks.count_steps(chain.iterations, true);
                 chain
             }
             Err(rejected) => {
-                self.walks.iterations += u64::from(rejected.iterations);
+                self.walks.count_steps(rejected.iterations, false);
                 if let Some(i) = REASONS.iter().position(|r| *r == rejected.reason) {
                     self.walks.rejected[i] += 1;
                 }
@@ -258,17 +356,22 @@ impl Tracer<'_> {
             self.walks.occluded += 1;
             return None;
         }
+        let (n_a, n_b) = chain.end_indices();
+        let index_ratio = (n_a / n_b).powi(2);
+        let (weight_inverse_jacobian, weight_etendue) = match self.options.geometry_term {
+            GeometryTerm::Exact => (chain.inverse_jacobian, index_ratio * chain.kappa),
+            GeometryTerm::Direct => (direct_inverse_jacobian(a, b), 1.0),
+        };
         let mut edge = CausticEdge {
             len: crossings.len(),
             shapes: [0; MAX_CHAIN],
             first: chain.first.as_vec3(),
             last: chain.last.as_vec3(),
             inverse_jacobian: chain.inverse_jacobian,
+            weight_inverse_jacobian,
+            weight_etendue,
             kappa: chain.kappa,
-            index_ratio: {
-                let (n_a, n_b) = chain.end_indices();
-                (n_a / n_b).powi(2)
-            },
+            index_ratio,
             transmittance: Rgb::splat(chain.transmittance as f32),
             probability: chain.transmittance,
         };
@@ -286,6 +389,16 @@ impl Tracer<'_> {
         Some(edge)
     }
 
+    /// The chain by which a connection joins two ends, counted and timed.
+    pub(super) fn connect_chain(&mut self, a: &Endpoint, b: &Endpoint, seen: &Seen) -> Option<CausticEdge> {
+        self.walks.connections += 1;
+        let start = self.walks.connections.is_multiple_of(TIMED).then(Instant::now);
+        let edge = self.solve(a, b, seen, self.options.walk);
+        self.walks.nanoseconds[0] += start.map_or(0, |s| TIMED * s.elapsed().as_nanos() as u64);
+        self.walks.connected += u64::from(edge.is_some());
+        edge
+    }
+
     /// Whether a connection of `a` and `b` would have found a chain that was sampled: through `shapes`,
     /// leaving `a` along `first` and `b` along `last`.
     pub(super) fn confirm(
@@ -296,14 +409,34 @@ impl Tracer<'_> {
         first: Vec3,
         last: Vec3,
     ) -> Option<CausticEdge> {
-        let Sight::Refracted(seen) = self.sight(a, b) else { return None };
+        let ray = self.toward_glass(a, b)?;
+        let Sight::Refracted(seen) = self.sight(ray, a, b) else { return None };
         if !seen.seed.crossings().iter().map(|c| c.interface).eq(shapes.iter().copied()) {
             return None;
         }
         self.walks.checks += 1;
-        let edge = self.solve(a, b, &seen)?;
-        let same = edge.first.distance(first) < SAME_CHAIN && edge.last.distance(last) < SAME_CHAIN;
+        let (settings, close) = match self.options.check {
+            Check::Few => {
+                let settings = WalkSettings { max_iterations: FEW, tolerance: CLOSE_ENOUGH, ..self.options.walk };
+                (settings, CLOSE_ENOUGH as f32)
+            }
+            _ => (self.options.walk, SAME_CHAIN),
+        };
+        let start = self.walks.checks.is_multiple_of(TIMED).then(Instant::now);
+        let edge = self.solve(a, b, &seen, settings);
+        self.walks.nanoseconds[1] += start.map_or(0, |s| TIMED * s.elapsed().as_nanos() as u64);
+        let edge = edge?;
+        let same = edge.first.distance(first) < close && edge.last.distance(last) < close;
         self.walks.confirmed += u64::from(same);
         same.then_some(edge)
+    }
+}
+
+/// `1/J` between ends that see each other, in the convention of
+/// [`crate::manifold::Chain::inverse_jacobian`].
+pub(super) fn direct_inverse_jacobian(a: &Endpoint, b: &Endpoint) -> f64 {
+    match (a, b) {
+        (Endpoint::Infinite(_), _) | (_, Endpoint::Infinite(_)) => 1.0,
+        _ => a.position().as_dvec3().distance_squared(b.position().as_dvec3()),
     }
 }

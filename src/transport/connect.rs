@@ -32,16 +32,28 @@ impl Joined {
         Joined { value, weight, weighted: value * weight as f32, chain: None }
     }
 
-    /// From the value without its factor `J`, `1/J` (`cos_b / J` over `cos_b`), and the densities of all
-    /// other techniques over `J` times the density of this one.
-    fn caustic(value: Rgb, inverse_jacobian: f64, own: f64, others: f64, chain: CausticEdge) -> Joined {
+    /// From the value without its factor `J`, and the densities of this technique, `own`, and of all
+    /// others together, over `J` as it enters the weights.
+    fn caustic(value: Rgb, cos_b: f64, own: f64, others: f64, chain: CausticEdge) -> Joined {
         let scale = |x: f64| (value.as_dvec3() * x).as_vec3();
+        let own_here = own * chain.weight_inverse_jacobian / cos_b;
+        // Exactly 1 with the exact term, also at a caustic.
+        let off = if chain.weight_inverse_jacobian == chain.inverse_jacobian {
+            1.0
+        } else {
+            chain.weight_inverse_jacobian / chain.inverse_jacobian
+        };
         Joined {
-            value: scale(1.0 / inverse_jacobian),
-            weight: own * inverse_jacobian / (own * inverse_jacobian + others),
-            weighted: scale(own / (own * inverse_jacobian + others)),
+            value: scale(cos_b / chain.inverse_jacobian),
+            weight: own_here / (own_here + others),
+            weighted: scale(off * own / (own_here + others)),
             chain: Some(chain),
         }
+    }
+
+    /// Of a technique that roulette tries with the probability `1 / attempt`.
+    fn attempted(self, attempt: f32) -> Joined {
+        Joined { value: self.value * attempt, weighted: self.weighted * attempt, ..self }
     }
 }
 
@@ -52,40 +64,46 @@ impl Tracer<'_> {
         let world = self.world;
         let a = self.camera_vertices[index];
         let (u_light, u) = (sampler.next_1d(), sampler.next_2d());
+        let regular = self.regular_next_event(&a, u_light, u);
         if self.caustics {
             let (light, at, direct) = world.lights.sample_vertex(&world.shapes, a.at.p, u_light, u)?;
             let from = Endpoint::Surface(a.at);
-            if self.may_see_glass(&from, &at) {
-                match self.sight(&from, &at) {
-                    Sight::Clear => {}
-                    Sight::Blocked => return None,
-                    Sight::Refracted(seen) => return self.caustic_next_event(&a, light, at, direct, &seen),
-                }
+            if let Some(ray) = self.toward_glass(&from, &at)
+                && let Some(attempt) = self.attempt(regular.as_ref().map(|r| &r.0), index)
+            {
+                return match self.sight(ray, &from, &at) {
+                    Sight::Clear => regular.map(|(joined, light, _)| (joined, light)),
+                    Sight::Blocked => None,
+                    Sight::Refracted(seen) => {
+                        let (joined, light) = self.caustic_next_event(&a, light, at, direct, &seen)?;
+                        Some((joined.attempted(attempt), light))
+                    }
+                };
             }
         }
+        let (joined, light, ray) = regular?;
+        self.visible(&ray).then_some((joined, light))
+    }
+
+    /// Next-event estimation along the straight line, if that is free: the ray.
+    #[inline]
+    fn regular_next_event(&self, a: &Vertex, u_light: f32, u: Vec2) -> Option<(Joined, LightVertex, Ray)> {
+        let world = self.world;
         let light = world.lights.sample_direct(&world.shapes, a.at.p, u_light, u)?;
         let scattering = world.bsdf(a.at.shape).evaluate(&a.at, a.wo, light.wi, TransportMode::Radiance);
         let mut value = a.beta * scattering.f * a.cos_s(light.wi) * light.incident;
         if !(value.max_element() > 0.0) {
             return None;
         }
-        let ray = match &light.at {
-            Endpoint::Surface(y) => Ray::between(&a.at, y),
-            Endpoint::Point(p) => Ray::to_point(&a.at, *p),
-            Endpoint::Infinite(direction) => Ray::leaving(&a.at, *direction),
-        };
-        if !self.visible(&ray) {
-            return None;
-        }
         // From a density at one end to the density at the other.
         let cos_a = a.cos_g(light.wi) as f64;
-        let (to_light, to_a) = match &light.at {
+        let (ray, to_light, to_a) = match &light.at {
             Endpoint::Surface(y) => {
                 let d2 = segment(a.at.p, y.p).1;
-                (y.ng.dot(light.wi).abs() as f64 / d2, cos_a / d2)
+                (Ray::between(&a.at, y), y.ng.dot(light.wi).abs() as f64 / d2, cos_a / d2)
             }
-            Endpoint::Point(p) => (0.0, cos_a / segment(a.at.p, *p).1),
-            Endpoint::Infinite(_) => (1.0, cos_a),
+            Endpoint::Point(p) => (Ray::to_point(&a.at, *p), 0.0, cos_a / segment(a.at.p, *p).1),
+            Endpoint::Infinite(direction) => (Ray::leaving(&a.at, *direction), 1.0, cos_a),
         };
         if world.requirements.absorption {
             let length = match &light.at {
@@ -100,24 +118,35 @@ impl Tracer<'_> {
         let emission = d.position * d.direction * to_a * remainder;
         let hit = if d.hittable { scattering.pdf as f64 * to_light } else { 0.0 };
         let weight = weight::next_event(1.0, d.direct, emission, hit);
-        Some((Joined::regular(value, weight), LightVertex { light: light.light, at: light.at, densities: *d }))
+        let vertex = LightVertex { light: light.light, at: light.at, densities: *d };
+        Some((Joined::regular(value, weight), vertex, ray))
     }
 
     /// Connection of camera vertex `i` with light vertex `j`.
     #[inline]
     pub fn connect(&mut self, i: usize, j: usize) -> Option<Joined> {
-        let world = self.world;
-        let (a, b) = (&self.camera_vertices[i], &self.light_vertices[j]);
+        let regular = self.regular_connect(i, j);
         if self.caustics {
-            let (from, to) = (Endpoint::Surface(a.at), Endpoint::Surface(b.at));
-            if self.may_see_glass(&from, &to) {
-                match self.sight(&from, &to) {
-                    Sight::Clear => {}
-                    Sight::Blocked => return None,
-                    Sight::Refracted(seen) => return self.caustic_connect(i, j, &seen),
-                }
+            let from = Endpoint::Surface(self.camera_vertices[i].at);
+            let to = Endpoint::Surface(self.light_vertices[j].at);
+            if let Some(ray) = self.toward_glass(&from, &to)
+                && let Some(attempt) = self.attempt(regular.as_ref().map(|r| &r.0), i + j + 1)
+            {
+                return match self.sight(ray, &from, &to) {
+                    Sight::Clear => regular.map(|(joined, _)| joined),
+                    Sight::Blocked => None,
+                    Sight::Refracted(seen) => Some(self.caustic_connect(i, j, &seen)?.attempted(attempt)),
+                };
             }
         }
+        let (joined, ray) = regular?;
+        self.visible(&ray).then_some(joined)
+    }
+
+    /// Connection along the straight line, if that is free: the ray.
+    #[inline]
+    fn regular_connect(&self, i: usize, j: usize) -> Option<(Joined, Ray)> {
+        let world = self.world;
         let (a, b) = (&self.camera_vertices[i], &self.light_vertices[j]);
         let (w, d2) = segment(a.at.p, b.at.p);
         if !(d2 > 0.0) {
@@ -144,27 +173,37 @@ impl Tracer<'_> {
         // R_i e_i and F_{i+1} g_{i+1}.
         let camera_side = at_b.pdf as f64 * cos_a * a.partial.at(at_a.pdf_reverse as f64);
         let light_side = at_a.pdf as f64 * cos_b * b.partial.at(at_b.pdf_reverse as f64);
-        let ray = Ray::between(&a.at, &b.at);
-        if !self.visible(&ray) {
-            return None;
-        }
-        Some(Joined::regular(value, weight::connection(1.0, camera_side, light_side)))
+        let weight = weight::connection(1.0, camera_side, light_side);
+        Some((Joined::regular(value, weight), Ray::between(&a.at, &b.at)))
     }
 
     /// Connection of light vertex `j` with the camera: the light image's share, and where it falls.
     #[inline]
     pub fn to_camera(&mut self, camera: &Camera, j: usize) -> Option<(Joined, Vec2)> {
-        let world = self.world;
+        let regular = self.regular_to_camera(camera, j);
         if self.camera_caustics {
             let (pinhole, to) = (camera.endpoint(), Endpoint::Surface(self.light_vertices[j].at));
-            if self.may_see_glass(&pinhole, &to) {
-                match self.sight(&pinhole, &to) {
-                    Sight::Clear => {}
-                    Sight::Blocked => return None,
-                    Sight::Refracted(seen) => return self.caustic_to_camera(camera, pinhole, j, &seen),
-                }
+            if let Some(ray) = self.toward_glass(&pinhole, &to)
+                && let Some(attempt) = self.attempt(regular.as_ref().map(|r| &r.0), j)
+            {
+                return match self.sight(ray, &pinhole, &to) {
+                    Sight::Clear => regular.map(|(joined, raster, _)| (joined, raster)),
+                    Sight::Blocked => None,
+                    Sight::Refracted(seen) => {
+                        let (joined, raster) = self.caustic_to_camera(camera, pinhole, j, &seen)?;
+                        Some((joined.attempted(attempt), raster))
+                    }
+                };
             }
         }
+        let (joined, raster, ray) = regular?;
+        self.visible(&ray).then_some((joined, raster))
+    }
+
+    /// Connection with the camera along the straight line, if that is free: the ray.
+    #[inline]
+    fn regular_to_camera(&self, camera: &Camera, j: usize) -> Option<(Joined, Vec2, Ray)> {
+        let world = self.world;
         let b = &self.light_vertices[j];
         let seen = camera.connect(b.at.p)?;
         let scattering = world.bsdf(b.at.shape).evaluate(&b.at, b.wo, seen.wi, TransportMode::Importance);
@@ -178,11 +217,8 @@ impl Tracer<'_> {
             value *= world.transmittance(medium, (seen.target - b.at.p).length());
         }
         let light_side = forward * b.partial.at(scattering.pdf_reverse as f64);
-        let ray = Ray::to_point(&b.at, seen.target);
-        if !self.visible(&ray) {
-            return None;
-        }
-        Some((Joined::regular(value, weight::connection(1.0, 0.0, light_side)), seen.raster))
+        let weight = weight::connection(1.0, 0.0, light_side);
+        Some((Joined::regular(value, weight), seen.raster, Ray::to_point(&b.at, seen.target)))
     }
 
     /// Next-event estimation through glass: manifold next-event estimation (Hanika et al. 2015).
@@ -198,9 +234,7 @@ impl Tracer<'_> {
         if a.segments + seen.segments() > self.max_depth {
             return None;
         }
-        self.walks.connections += 1;
-        let chain = self.solve(&Endpoint::Surface(a.at), &at, seen)?;
-        self.walks.connected += 1;
+        let chain = self.connect_chain(&Endpoint::Surface(a.at), &at, seen)?;
         let emitted = world.lights.emitted(light, &at, chain.last);
         let scattering = world.bsdf(a.at.shape).evaluate(&a.at, a.wo, chain.first, TransportMode::Radiance);
         let radiance = emitted * chain.transmittance * chain.index_ratio as f32;
@@ -217,13 +251,7 @@ impl Tracer<'_> {
         let remainder = if self.camera_only { 0.0 } else { a.partial.at(f64::from(scattering.pdf_reverse)) };
         let emission = densities.position * densities.direction * chain.probability * chain.etendue_ratio(cos_a, cos_b);
         let hit = if densities.hittable { f64::from(scattering.pdf) * chain.probability } else { 0.0 };
-        let joined = Joined::caustic(
-            value / direct as f32,
-            chain.inverse_jacobian / cos_b,
-            direct,
-            emission * remainder + hit,
-            chain,
-        );
+        let joined = Joined::caustic(value / direct as f32, cos_b, direct, emission * remainder + hit, chain);
         Some((joined, LightVertex { light, at, densities }))
     }
 
@@ -234,9 +262,7 @@ impl Tracer<'_> {
         if a.segments + seen.segments() + b.segments > self.max_depth {
             return None;
         }
-        self.walks.connections += 1;
-        let chain = self.solve(&Endpoint::Surface(a.at), &Endpoint::Surface(b.at), seen)?;
-        self.walks.connected += 1;
+        let chain = self.connect_chain(&Endpoint::Surface(a.at), &Endpoint::Surface(b.at), seen)?;
         let at_a = world.bsdf(a.at.shape).evaluate(&a.at, a.wo, chain.first, TransportMode::Radiance);
         let at_b = world.bsdf(b.at.shape).evaluate(&b.at, b.wo, chain.last, TransportMode::Importance);
         let geometry = a.cos_s(chain.first) * b.incident_adjoint() * chain.index_ratio as f32;
@@ -250,7 +276,7 @@ impl Tracer<'_> {
             * chain.etendue_ratio(cos_a, cos_b)
             * a.partial.at(f64::from(at_a.pdf_reverse));
         let light_side = f64::from(at_a.pdf) * chain.probability * b.partial.at(f64::from(at_b.pdf_reverse));
-        Some(Joined::caustic(value, chain.inverse_jacobian / cos_b, 1.0, camera_side + light_side, chain))
+        Some(Joined::caustic(value, cos_b, 1.0, camera_side + light_side, chain))
     }
 
     /// Connection of light vertex `j` with a pinhole through glass.
@@ -266,9 +292,7 @@ impl Tracer<'_> {
         if seen.segments() + b.segments > self.max_depth {
             return None;
         }
-        self.walks.connections += 1;
-        let chain = self.solve(&pinhole, &Endpoint::Surface(b.at), seen)?;
-        self.walks.connected += 1;
+        let chain = self.connect_chain(&pinhole, &Endpoint::Surface(b.at), seen)?;
         let Endpoint::Point(p) = pinhole else { return None };
         let raster = camera.connect(p + chain.first)?.raster;
         // Per solid angle at the pinhole.
@@ -281,6 +305,6 @@ impl Tracer<'_> {
         }
         let cos_b = f64::from(b.cos_g(chain.last));
         let light_side = density * chain.probability * b.partial.at(f64::from(at_b.pdf_reverse));
-        Some((Joined::caustic(value, chain.inverse_jacobian / cos_b, 1.0, light_side, chain), raster))
+        Some((Joined::caustic(value, cos_b, 1.0, light_side, chain), raster))
     }
 }

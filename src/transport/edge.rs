@@ -2,6 +2,7 @@
 //! the chain between them and what the weights need to know of both ends (Speierer et al. 2018, §3.3).
 
 use super::Tracer;
+use super::caustic::{Check, GeometryTerm, direct_inverse_jacobian};
 use super::subpath::Walk;
 use super::vertex::EdgeRecord;
 use super::weight::{MacroEdge, Partial};
@@ -70,7 +71,13 @@ impl OpenEdge {
 
     /// Densities of the closed edge: (forward area density, reverse geometry), and the record.
     /// `cos_end` is 1 and `end` infinite for the environment.
-    fn densities(&self, world: &World, mode: TransportMode, end: &EdgeEnd) -> (f64, f64, EdgeRecord) {
+    fn densities(
+        &self,
+        world: &World,
+        term: GeometryTerm,
+        mode: TransportMode,
+        end: &EdgeEnd,
+    ) -> (f64, f64, EdgeRecord) {
         let mut record = EdgeRecord {
             chain: self.chain,
             chain_probability: self.probability,
@@ -93,15 +100,22 @@ impl OpenEdge {
         // density, and so the factor J = d omega_a / d A_b: it is left out of both, and the technique
         // across the chain counts 1/J instead. What remains is the étendue identity
         // n_b² cos_b J_ba = n_a² kappa cos_a J_ab.
-        let index_squared = |m: MediumId| (world.media[m as usize].ior as f64).powi(2);
+        let index_squared = |m: MediumId| match term {
+            GeometryTerm::Exact => (world.media[m as usize].ior as f64).powi(2),
+            GeometryTerm::Direct => 1.0,
+        };
         let (start, here) = (index_squared(self.medium), index_squared(end.medium));
+        let kappa = match term {
+            GeometryTerm::Exact => self.kappa,
+            GeometryTerm::Direct => 1.0,
+        };
         match mode {
             TransportMode::Radiance => {
-                record.etendue_ratio = start * self.kappa * self.cos / (here * end.cos);
+                record.etendue_ratio = start * kappa * self.cos / (here * end.cos);
                 (forward, record.etendue_ratio * self.probability, record)
             }
             TransportMode::Importance => {
-                record.etendue_ratio = here * self.kappa * end.cos / (start * self.cos);
+                record.etendue_ratio = here * kappa * end.cos / (start * self.cos);
                 (forward * record.etendue_ratio, self.probability, record)
             }
         }
@@ -174,7 +188,8 @@ impl Tracer<'_> {
         if edge.chain > 0 && self.caustics && edge.refracted && edge.chain as usize <= MAX_CHAIN {
             technique = self.confirm_edge(edge, walk, end, at, wo);
         }
-        let (forward, reverse_geometry, mut record) = edge.densities(self.world, walk.mode, end);
+        let (forward, reverse_geometry, mut record) =
+            edge.densities(self.world, self.options.geometry_term, walk.mode, end);
         record.technique = technique;
         let remainder = if self.camera_only { 0.0 } else { edge.remainder };
         let edge = match (&edge.departure, &self.light_start) {
@@ -202,7 +217,7 @@ impl Tracer<'_> {
         }
     }
 
-    /// The consistency check: `cos_b / J` if `S(camera side, light side)` is the sampled chain, else 0.
+    /// The consistency check: `1/J` if `S(camera side, light side)` is the sampled chain, else 0.
     fn confirm_edge(
         &mut self,
         edge: &mut OpenEdge,
@@ -213,6 +228,13 @@ impl Tracer<'_> {
     ) -> f64 {
         let mode = walk.mode;
         let Some(start) = self.start_of(edge, mode) else { return 0.0 };
+        let cos_b = |edge: &OpenEdge, end: &EdgeEnd| match mode {
+            TransportMode::Radiance => end.cos,
+            TransportMode::Importance => edge.cos,
+        };
+        if self.options.check == Check::Off {
+            return direct_inverse_jacobian(&start, at) / cos_b(edge, end);
+        }
         let mut shapes = edge.shapes;
         let shapes = &mut shapes[..edge.chain as usize];
         let found = match mode {
@@ -223,21 +245,19 @@ impl Tracer<'_> {
             }
         };
         let Some(found) = found else { return 0.0 };
-        let (departure, arrival) = match mode {
-            TransportMode::Radiance => (found.first, found.last),
-            TransportMode::Importance => (found.last, found.first),
-        };
-        self.leave(edge, walk, departure, None, at.position());
-        if let Endpoint::Surface(at) = at {
-            end.cos = f64::from(at.ng.dot(arrival).abs());
+        if self.options.check == Check::Exact {
+            let (departure, arrival) = match mode {
+                TransportMode::Radiance => (found.first, found.last),
+                TransportMode::Importance => (found.last, found.first),
+            };
+            self.leave(edge, walk, departure, None, at.position());
+            if let Endpoint::Surface(at) = at {
+                end.cos = f64::from(at.ng.dot(arrival).abs());
+            }
+            *wo = arrival;
+            edge.kappa = found.kappa;
+            edge.probability = found.probability;
         }
-        *wo = arrival;
-        edge.kappa = found.kappa;
-        edge.probability = found.probability;
-        let cos_b = match mode {
-            TransportMode::Radiance => end.cos,
-            TransportMode::Importance => edge.cos,
-        };
-        found.inverse_jacobian / cos_b
+        found.weight_inverse_jacobian / cos_b(edge, end)
     }
 }

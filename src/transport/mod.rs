@@ -4,6 +4,7 @@ pub mod caustic;
 pub mod connect;
 mod edge;
 mod interfaces;
+pub mod roulette;
 pub mod subpath;
 pub mod vertex;
 pub mod weight;

@@ -4,14 +4,14 @@
 //! routine: then each is a function of the path alone, both subpaths get the same bits for it, and
 //! the weights of all techniques of a path sum to one to f64 precision.
 
-use super::caustic::WalkCount;
+use super::caustic::{CausticOptions, WalkCount};
 use super::edge::{Departure, EdgeEnd, OpenEdge};
 use super::vertex::{EdgeRecord, LightVertex, Vertex};
 use super::weight::{Partial, emitter_hit};
 use crate::camera::{Camera, Endpoint};
 use crate::geometry::ray::segment;
 use crate::geometry::{Ray, SurfacePoint};
-use crate::math::{Rgb, Sampler};
+use crate::math::{Rgb, Sampler, Stream};
 use crate::scatter::TransportMode;
 use crate::scene::World;
 use crate::scene::world::MediumId;
@@ -114,6 +114,12 @@ pub struct Tracer<'w> {
     pub camera_caustics: bool,
     /// Camera subpaths alone: next-event estimation and hits are the only techniques.
     pub camera_only: bool,
+    /// How caustic connections are made.
+    pub options: CausticOptions,
+    /// Random numbers of roulette on them; of the current sample.
+    pub roulette: Sampler,
+    /// Mean radiance of the picture as far as it is known, else 0.
+    pub brightness: f32,
 }
 
 /// The moving end of a subpath.
@@ -147,6 +153,9 @@ impl<'w> Tracer<'w> {
             caustics: false,
             camera_caustics: false,
             camera_only: false,
+            options: CausticOptions::default(),
+            roulette: Sampler::new(0, 0, 0, Stream::Caustic),
+            brightness: 0.0,
         }
     }
 

@@ -2,6 +2,8 @@
 
 use caustica::intersect::Backend;
 use caustica::render::job::Integrator;
+use caustica::transport::caustic::{CausticOptions, Check, GeometryTerm};
+use caustica::transport::roulette::Roulette;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
@@ -71,12 +73,112 @@ pub(crate) struct Render {
     /// Write EXR in 32-bit instead of 16-bit floats
     #[arg(long)]
     pub(crate) float: bool,
-    /// Also write one EXR per technique (s light vertices, t camera vertices), weighted and not, into DIR
+    /// Also write one EXR per strategy (s light vertices, t camera vertices) into DIR: weighted, the caustic
+    /// part of that, and unweighted
     #[arg(long, value_name = "DIR")]
-    pub(crate) techniques: Option<PathBuf>,
+    pub(crate) strategies: Option<PathBuf>,
+    /// Leave out all light but caustics
+    #[arg(long)]
+    pub(crate) caustics_only: bool,
+    #[command(flatten, next_help_heading = "How connections through glass are made")]
+    pub(crate) connections: Connections,
     /// Print errors only
     #[arg(short, long)]
     pub(crate) quiet: bool,
+}
+
+/// The defaults are the library's.
+#[derive(Debug, Args)]
+pub(crate) struct Connections {
+    /// The settings of the paper: direct geometry term, check of few steps (biased), roulette by lengths
+    #[arg(long)]
+    pub(crate) paper: bool,
+    /// Geometry term of chains in the weights [default: exact]
+    #[arg(long, value_enum, value_name = "TERM")]
+    pub(crate) geometry_term: Option<GeometryTermName>,
+    /// How a sampled chain is recognised as one that a connection finds [default: exact]
+    #[arg(long, value_enum, value_name = "HOW")]
+    pub(crate) check: Option<CheckName>,
+    /// Which connections are tried [default: contribution]
+    #[arg(long, value_enum, value_name = "BY")]
+    pub(crate) roulette: Option<RouletteName>,
+    /// Contribution, in multiples of the mean radiance, from which on a connection is always tried
+    #[arg(long, value_name = "X", value_parser = positive)]
+    pub(crate) roulette_threshold: Option<f64>,
+    /// Most steps of a walk
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) walk_iterations: Option<u32>,
+    /// Largest deviation from Snell's law at the end of a walk, radians
+    #[arg(long, value_name = "ANGLE", value_parser = positive)]
+    pub(crate) walk_tolerance: Option<f64>,
+}
+
+impl Connections {
+    fn options(&self) -> CausticOptions {
+        let mut options = if self.paper { CausticOptions::paper() } else { CausticOptions::default() };
+        match self.geometry_term {
+            Some(GeometryTermName::Exact) => options.geometry_term = GeometryTerm::Exact,
+            Some(GeometryTermName::Direct) => options.geometry_term = GeometryTerm::Direct,
+            None => {}
+        }
+        match self.check {
+            Some(CheckName::Exact) => options.check = Check::Exact,
+            Some(CheckName::Few) => options.check = Check::Few,
+            Some(CheckName::Off) => options.check = Check::Off,
+            None => {}
+        }
+        match self.roulette {
+            Some(RouletteName::Off) => options.roulette = Roulette::Off,
+            Some(RouletteName::Lengths) => options.roulette = Roulette::Lengths,
+            Some(RouletteName::Contribution) => options.roulette = CausticOptions::default().roulette,
+            None => {}
+        }
+        if let (Roulette::Contribution(threshold), Some(x)) = (&mut options.roulette, self.roulette_threshold) {
+            *threshold = x as f32;
+        }
+        if let Some(n) = self.walk_iterations {
+            options.walk.max_iterations = n;
+        }
+        if let Some(angle) = self.walk_tolerance {
+            options.walk.tolerance = angle;
+        }
+        options
+    }
+}
+
+impl Render {
+    /// How connections through glass are made.
+    pub(crate) fn caustic_options(&self) -> CausticOptions {
+        self.connections.options()
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum GeometryTermName {
+    /// Generalised: weights fall where light gathers
+    Exact,
+    /// As if nothing were between the ends, as in the paper
+    Direct,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum CheckName {
+    /// By the connection's own walk
+    Exact,
+    /// By its first three steps, as in the paper; biased, needs --geometry-term direct
+    Few,
+    /// Not at all; biased, needs --geometry-term direct
+    Off,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum RouletteName {
+    /// All
+    Off,
+    /// By the lengths of both subpaths, as in the paper
+    Lengths,
+    /// By what the straight line would contribute
+    Contribution,
 }
 
 #[derive(Debug, Args)]
@@ -121,6 +223,8 @@ pub(crate) struct Backends {
 pub(crate) enum IntegratorName {
     /// Path tracing with next-event estimation
     Path,
+    /// Light tracing: no more than the camera sees without glass or mirrors in between
+    Light,
     /// Path tracing with manifold next-event estimation: light through glass, from lamps only
     Mnee,
     /// Bidirectional path tracing, with connections through glass unless --caustics off
@@ -137,6 +241,7 @@ impl From<IntegratorName> for Integrator {
     fn from(name: IntegratorName) -> Integrator {
         match name {
             IntegratorName::Path => Integrator::Path,
+            IntegratorName::Light => Integrator::Light,
             IntegratorName::Mnee => Integrator::Mnee,
             IntegratorName::Bdpt => Integrator::Bdpt,
         }
@@ -185,6 +290,10 @@ fn seconds(text: &str) -> Result<f64, String> {
         Ok(s) if s > 0.0 && s < 3.2e8 => Ok(s),
         _ => Err("expected a positive number of seconds".into()),
     }
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    text.parse::<f64>().ok().filter(|x| *x > 0.0 && x.is_finite()).ok_or_else(|| "expected a positive number".into())
 }
 
 fn finite(text: &str) -> Result<f32, String> {

@@ -15,8 +15,8 @@ use std::time::Duration;
 
 pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     let integrator = Integrator::from(args.integrator);
-    if args.techniques.is_some() && integrator == Integrator::Path {
-        let conflict = "--techniques needs --integrator bdpt or mnee: a path tracer has no (s, t)";
+    if args.strategies.is_some() && integrator == Integrator::Path {
+        let conflict = "--strategies needs --integrator bdpt, mnee or light: a path tracer has no (s, t)";
         Cli::command().error(ErrorKind::ArgumentConflict, conflict).exit();
     }
     let console = Console { quiet: args.quiet };
@@ -38,10 +38,12 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         max_depth: args.max_depth,
         seed: args.seed,
         threads: args.threads,
-        per_technique: args.techniques.is_some(),
+        per_technique: args.strategies.is_some(),
         caustics: args.caustics == Switch::On,
+        caustics_only: args.caustics_only,
+        caustic_options: args.caustic_options(),
     };
-    if let Some(dir) = &args.techniques {
+    if let Some(dir) = &args.strategies {
         std::fs::create_dir_all(dir).map_err(|e| format!("{}: {e}", dir.display()))?;
         image::check_writable(&dir.join(technique_file((0, 2), "")), &technique_options())?;
     }
@@ -55,14 +57,15 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     for path in &args.output {
         write(path, &output.image, &metadata, &options(args), console)?;
     }
-    if let Some(dir) = &args.techniques {
-        for (&technique, (weighted, unweighted)) in &output.techniques {
-            for (image, suffix) in [(weighted, ""), (unweighted, "_unweighted")] {
+    if let Some(dir) = &args.strategies {
+        for (&technique, images) in &output.techniques {
+            let parts = [(&images.weighted, ""), (&images.caustic, "_caustic"), (&images.unweighted, "_unweighted")];
+            for (image, suffix) in parts {
                 image::write(&dir.join(technique_file(technique, suffix)), image, &metadata, &technique_options())?;
             }
         }
-        let files = 2 * output.techniques.len();
-        console.note(&format!("wrote {files} technique images to {}", dir.display()));
+        let files = 3 * output.techniques.len();
+        console.note(&format!("wrote {files} images of strategies to {}", dir.display()));
     }
     Ok(())
 }

@@ -1,0 +1,50 @@
+//! Light tracing (Arvo 1986; Dutré et al. 1993): every vertex of a light subpath is connected to the
+//! camera. The rival of caustic connections where the camera sees a caustic directly; what it sees
+//! through glass or in a mirror stays black.
+
+use super::bdpt::View;
+use super::{Contribution, Observer, Sample, Splat};
+use crate::math::{Rgb, Sampler, Stream};
+use crate::transport::Tracer;
+
+/// One light subpath, and one camera ray for the lights that it meets at once.
+pub fn sample<O: Observer>(
+    tracer: &mut Tracer,
+    view: &View,
+    seed: u64,
+    pixel: u32,
+    index: u32,
+    out: &mut Sample,
+    observer: &mut O,
+) {
+    let stream = |kind| Sampler::new(seed, pixel, index, kind);
+    let longest = std::mem::replace(&mut tracer.max_depth, 1);
+    let raster = view.raster(seed, pixel, index);
+    tracer.trace_camera(&view.camera, view.medium, raster, &mut stream(Stream::Camera));
+    tracer.max_depth = longest;
+    out.radiance = Rgb::ZERO;
+    for hit in &tracer.emitter_hits {
+        out.radiance += hit.value;
+        observer.observe(&Contribution::of_hit(hit, pixel, &[], 1.0));
+    }
+    tracer.trace_light(&mut stream(Stream::Light));
+    let Some(start) = tracer.light_start else { return };
+    for j in 0..tracer.light_vertices.len() {
+        let Some((joined, raster)) = tracer.to_camera(&view.camera, j) else { continue };
+        let target = view.pixel(raster);
+        out.splats.push(Splat { pixel: target, value: joined.value });
+        observer.observe(&Contribution {
+            s: tracer.light_vertices[j].segments + 1,
+            t: 1,
+            pixel: target,
+            value: joined.value,
+            weight: 1.0,
+            weighted: joined.value,
+            camera: &[],
+            light: &tracer.light_vertices[..=j],
+            start: &start,
+            chain: None,
+            hit: None,
+        });
+    }
+}
