@@ -65,6 +65,22 @@ pub enum Rejection {
     Opaque,
 }
 
+impl std::fmt::Display for Rejection {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str(match self {
+            Rejection::Empty => "nothing crossed",
+            Rejection::TooLong => "too many crossings",
+            Rejection::Media => "media that do not fit",
+            Rejection::Miss => "past an interface",
+            Rejection::TotalReflection => "total reflection",
+            Rejection::Singular => "singular",
+            Rejection::IterationCap => "too many iterations",
+            Rejection::WrongSide => "wrong side",
+            Rejection::Opaque => "opaque",
+        })
+    }
+}
+
 /// A walk without result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rejected {

@@ -6,8 +6,9 @@ use crate::progress::{self, Meter};
 use crate::{Failure, scene, units};
 use caustica::io::image::{self, ImageIo, Metadata, WriteOptions};
 use caustica::render::Image;
-use caustica::render::job::{self, Cancel, Integrator, Output, Settings, Technique};
+use caustica::render::job::{self, Cancel, Integrator, Output, Settings, Statistics, Technique};
 use caustica::scene::{CommitOptions, World};
+use caustica::transport::caustic::REASONS;
 use clap::CommandFactory;
 use clap::error::ErrorKind;
 use std::path::Path;
@@ -129,23 +130,52 @@ fn report(output: &Output, noise: Option<String>, console: Console) {
         units::time(s.commit_seconds),
         units::bytes(s.film_bytes)
     ));
-    let walks = s.walks;
-    if walks.total() > 0 {
-        let percent = |part: u64, whole: u64| part as f64 / whole.max(1) as f64 * 100.0;
-        console.note(&format!(
-            "{} manifold walks to connect, {:.0} % of them found a chain; {} to check sampled chains, {:.0} % \
-             confirmed; {:.1} iterations a walk",
-            walks.connections,
-            percent(walks.connected, walks.connections),
-            walks.checks,
-            percent(walks.confirmed, walks.checks),
-            walks.iterations as f64 / walks.total() as f64,
-        ));
-    }
+    walks(s, console);
     if s.non_finite > 0 {
         let at = s.first_non_finite.map_or(String::new(), |(p, n)| format!("; the first in pixel {p}, sample {n}"));
         let what = units::count(s.non_finite as usize, "sample was", "samples were");
         console.warn(&format!("{what} NaN or infinite and left out{at}"));
+    }
+}
+
+fn walks(s: &Statistics, console: Console) {
+    let walks = s.walks;
+    if walks.total() == 0 {
+        return;
+    }
+    let percent = |part: u64, whole: u64| part as f64 / whole.max(1) as f64 * 100.0;
+    // Of all threads' time.
+    let share = |ns: u64| ns as f64 * 1e-7 / (s.render_seconds * f64::from(s.threads)).max(1e-9);
+    console.note(&format!(
+        "{} manifold walks to connect ({} spared), {:.0} % of them found a chain, {:.0} % of the time; {} to check \
+         sampled chains, {:.0} % confirmed, {:.0} % of the time",
+        walks.connections,
+        walks.spared,
+        percent(walks.connected, walks.connections),
+        share(walks.nanoseconds[0]),
+        walks.checks,
+        percent(walks.confirmed, walks.checks),
+        share(walks.nanoseconds[1]),
+    ));
+    let classes = |counts: &[u64]| {
+        let used = counts.iter().rposition(|&n| n > 0).map_or(0, |last| last + 1);
+        let class = |(k, n): (usize, &u64)| format!("{}+: {:.0} %", 1 << k, percent(*n, walks.total()));
+        counts[..used].iter().enumerate().map(class).collect::<Vec<_>>().join(", ")
+    };
+    console.note(&format!(
+        "{:.1} iterations a walk; converged after {}; given up after {}",
+        walks.iterations as f64 / walks.total() as f64,
+        classes(&walks.steps[0]),
+        classes(&walks.steps[1])
+    ));
+    let reasons = REASONS.iter().zip(walks.rejected).filter(|(_, n)| *n > 0);
+    let mut rejected: Vec<String> =
+        reasons.map(|(reason, n)| format!("{reason} {:.0} %", percent(n, walks.total()))).collect();
+    if walks.occluded > 0 {
+        rejected.push(format!("something in the way {:.0} %", percent(walks.occluded, walks.total())));
+    }
+    if !rejected.is_empty() {
+        console.note(&format!("walks without a chain: {}", rejected.join(", ")));
     }
 }
 
