@@ -1,0 +1,158 @@
+//! References, caustic regions, and what an integrator reaches in them.
+
+use caustica::io::gltf;
+use caustica::render::Image;
+use caustica::render::job::{Cancel, Integrator, Output, Settings, render};
+use caustica::scene::{CommitOptions, World};
+use caustica::transport::caustic::CausticOptions;
+use std::path::Path;
+use std::time::Duration;
+
+/// A way to render.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Method {
+    pub(crate) name: &'static str,
+    pub(crate) integrator: Integrator,
+    pub(crate) caustics: bool,
+    pub(crate) options: CausticOptions,
+}
+
+impl Method {
+    pub(crate) fn new(name: &'static str, integrator: Integrator, caustics: bool) -> Method {
+        Method { name, integrator, caustics, options: CausticOptions::default() }
+    }
+
+    /// All that the results compare.
+    pub(crate) fn all() -> [Method; 6] {
+        [
+            Method::new("path", Integrator::Path, false),
+            Method::new("light", Integrator::Light, false),
+            Method::new("bdpt", Integrator::Bdpt, false),
+            Method::new("mnee", Integrator::Mnee, true),
+            Method { options: CausticOptions::paper(), ..Method::new("paper", Integrator::Bdpt, true) },
+            Method::new("ours", Integrator::Bdpt, true),
+        ]
+    }
+}
+
+/// How long.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Budget {
+    Samples(u32),
+    Seconds(f64),
+}
+
+/// A scene with what is fixed for all its renders.
+pub(crate) struct Subject {
+    pub(crate) world: World,
+    pub(crate) side: u32,
+    pub(crate) threads: usize,
+    pub(crate) max_depth: u32,
+}
+
+impl Subject {
+    pub(crate) fn open(scene: &Path, side: u32, threads: usize) -> Subject {
+        let loaded = gltf::load(scene).unwrap_or_else(|e| panic!("{}: {e}", scene.display()));
+        let world = World::commit(&loaded.description, CommitOptions::default()).expect("a valid scene");
+        Subject { world, side, threads, max_depth: Settings::default().max_depth }
+    }
+
+    pub(crate) fn render(&self, method: &Method, budget: Budget, seed: u64, caustics_only: bool) -> Output {
+        let (samples, time_limit) = match budget {
+            Budget::Samples(n) => (n, None),
+            Budget::Seconds(s) => (u32::MAX, Some(Duration::from_secs_f64(s))),
+        };
+        let settings = Settings {
+            integrator: method.integrator,
+            caustics: method.caustics,
+            caustic_options: method.options,
+            width: self.side,
+            height: self.side,
+            samples,
+            time_limit,
+            max_depth: self.max_depth,
+            seed,
+            threads: self.threads,
+            caustics_only,
+            ..Settings::default()
+        };
+        render(&self.world, &settings, &Cancel::default(), &|_| {}).expect("valid settings")
+    }
+}
+
+/// The truth about a scene.
+pub(crate) struct Reference {
+    pub(crate) image: Image,
+    /// Pixels where caustic paths carry over a fifth of the radiance.
+    pub(crate) region: Vec<bool>,
+    /// Mean square of the relative error of `image`, inside and outside the region.
+    pub(crate) noise: [f64; 2],
+}
+
+/// Share of the radiance from which on a pixel belongs to the caustic region.
+const CAUSTIC_SHARE: f32 = 0.2;
+
+impl Reference {
+    /// From two independent renders of half the time each.
+    pub(crate) fn new(subject: &Subject, method: &Method, seconds: f64) -> Reference {
+        let half = |seed| subject.render(method, Budget::Seconds(seconds * 0.4), seed, false).image;
+        let (a, b) = (half(0x5eed_0001), half(0x5eed_0002));
+        let caustic = subject.render(method, Budget::Seconds(seconds * 0.2), 0x5eed_0003, true).image;
+        let pixels = a.pixels.iter().zip(&b.pixels).map(|(a, b)| (*a + *b) * 0.5).collect();
+        let image = Image { pixels, ..a.clone() };
+        // What decides over the region is averaged over its neighbourhood, or noise would fray it.
+        let (caustic, whole) = (blurred(&caustic), blurred(&image));
+        let sum = |c: &glam::Vec3| c.element_sum();
+        let region: Vec<bool> =
+            caustic.iter().zip(&whole).map(|(c, w)| sum(c) > CAUSTIC_SHARE * sum(w) && sum(c) > 0.0).collect();
+        let mut reference = Reference { image, region, noise: [0.0; 2] };
+        // The halves differ by twice the variance of each, that is, four times that of their mean.
+        let middle = Reference { image: b, region: reference.region.clone(), noise: [0.0; 2] };
+        reference.noise = middle.errors(&a).map(|e| e / 4.0);
+        reference
+    }
+
+    /// Trimmed relMSE inside and outside the region: relative to the squared reference + 0.01 m², `m` the
+    /// reference's mean, without the worst 0.1 % of the pixels.
+    pub(crate) fn errors(&self, image: &Image) -> [f64; 2] {
+        let mean = self.image.pixels.iter().map(|p| p.as_dvec3().element_sum()).sum::<f64>()
+            / (3.0 * self.image.pixels.len() as f64);
+        let epsilon = 0.01 * mean * mean;
+        [true, false].map(|inside| {
+            let mut errors: Vec<f64> = (image.pixels.iter().zip(&self.image.pixels).zip(&self.region))
+                .filter(|(_, r)| **r == inside)
+                .map(|((a, b), _)| {
+                    let (a, b) = (a.as_dvec3(), b.as_dvec3());
+                    ((a - b) * (a - b) / (b * b + epsilon)).element_sum() / 3.0
+                })
+                .collect();
+            errors.sort_unstable_by(f64::total_cmp);
+            let kept = errors.len() - errors.len() / 1000;
+            errors[..kept].iter().sum::<f64>() / kept.max(1) as f64
+        })
+    }
+
+    /// Share of the pixels in the region.
+    pub(crate) fn coverage(&self) -> f64 {
+        self.region.iter().filter(|r| **r).count() as f64 / self.region.len() as f64
+    }
+
+    /// Relative difference of the means inside the region.
+    pub(crate) fn bias(&self, image: &Image) -> f64 {
+        let mean = |image: &Image| {
+            let inside = image.pixels.iter().zip(&self.region).filter(|(_, r)| **r);
+            inside.map(|(p, _)| p.as_dvec3().element_sum()).sum::<f64>()
+        };
+        mean(image) / mean(&self.image) - 1.0
+    }
+}
+
+/// Means over 5 x 5 pixels.
+fn blurred(image: &Image) -> Vec<glam::Vec3> {
+    let (w, h) = (image.width as i64, image.height as i64);
+    let at = |x: i64, y: i64| image.pixels[(y.clamp(0, h - 1) * w + x.clamp(0, w - 1)) as usize];
+    let mean = |x: i64, y: i64| {
+        (-2..=2).flat_map(|dy| (-2..=2).map(move |dx| (dx, dy))).map(|(dx, dy)| at(x + dx, y + dy)).sum::<glam::Vec3>()
+    };
+    (0..h).flat_map(|y| (0..w).map(move |x| (x, y))).map(|(x, y)| mean(x, y)).collect()
+}
