@@ -1,7 +1,7 @@
 """The scenes. README.md says what each is for; numbers are here only."""
 
 from dataclasses import replace
-from math import acos, asin, cos, exp, pi, sin, sqrt
+from math import acos, atan2, cos, exp, pi, sin, sqrt
 
 from model import Camera, Diffuse, Glass, Object, PointLight, Scene, Sphere, SpotLight
 from shapes import (add, arc, box, cross, disk, dot, hemisphere, icosphere, join, lathe, line,
@@ -202,8 +202,7 @@ def iris_height(r: float, a: float) -> float:
 
 
 def iris_zone(p) -> str:
-    r, a = 1000 * sqrt(p[0] ** 2 + p[1] ** 2), (acos(p[0] / sqrt(p[0] ** 2 + p[1] ** 2))
-                                               * (1 if p[1] > 0 else -1))
+    r, a = 1000 * sqrt(p[0] ** 2 + p[1] ** 2), atan2(p[1], p[0])
     if r < 2.9 + 0.25 * sin(9 * a) + 0.1 * sin(22 * a):
         return "amber"
     return "blue" if sin(24 * a + 2.0 * sin(5 * a + 1.5 * r)) > -0.3 else "dark blue"
@@ -212,7 +211,7 @@ def iris_zone(p) -> str:
 def eye(name: str, small: bool) -> Scene:
     """Cornea and aqueous humour end inside the opaque shell of sclera and iris.
 
-    The lamp sends 6 W to the wall: a square of 8 cm, turned to it, or a spot.
+    The lamp, a square of 8 cm turned to the wall or a spot close to it, has 5 W.
     """
     mm, origin, axis = 0.001, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 
@@ -244,7 +243,7 @@ def eye(name: str, small: bool) -> Scene:
         Object("pupil", disk((0.0, 0.0, -4.0 * mm), axis, PUPIL * mm), Diffuse("pupil", BLACK)),
         Object("wall", square(wall_center, toward_eye, 0.2), Diffuse("wall", (0.8, 0.8, 0.8))),
     ]
-    watts, lights = 6.0, []
+    watts, lights = 5.0, []
     if small:
         # A cone of 15 degrees, 11 cm from the wall: 1.7 % of its area.
         place = add(wall_center, scale(toward_eye, 0.11))
@@ -358,14 +357,16 @@ def window(name: str, half: float) -> Scene:
     """A room behind a pane of 10 mm that reaches into the front wall; lamp (330 W) and camera outside."""
     x, y, z, height, thick = 1.5, 1.2, 3.0, 2.4, 0.2
     left, right, low, high = -0.9, 0.9, 0.6, 1.9
-    front = [box((-x - thick, 0.0, -thick), (left, height, 0.0)),
-             box((right, 0.0, -thick), (x + thick, height, 0.0)),
-             box((left, 0.0, -thick), (right, low, 0.0)),
-             box((left, high, -thick), (right, height, 0.0))]
-    middle = -thick - z / 2
+    side, ground, top = x + thick, -thick, height + thick
+    front = [box((-side, ground, -thick), (left, top, 0.0)),
+             box((right, ground, -thick), (side, top, 0.0)),
+             box((left, ground, -thick), (right, low, 0.0)),
+             box((left, high, -thick), (right, top, 0.0))]
+    start = 0.05 - thick
+    middle = start - z / 2
     room = [rectangle((0.0, 0.0, middle), (0.0, 0.0, z / 2), (x, 0.0, 0.0)),
             rectangle((0.0, height, middle), (x, 0.0, 0.0), (0.0, 0.0, z / 2)),
-            rectangle((0.0, y, -thick - z), (x, 0.0, 0.0), (0.0, y, 0.0))]
+            rectangle((0.0, y, start - z), (x, 0.0, 0.0), (0.0, y, 0.0))]
     center = (-1.3, 2.7, 2.7)
     return Scene(name, Camera((0.5, 1.5, 2.9), (0.0, 1.2, -0.5), 34.0), [
         Object("front wall", join(*front), Diffuse("front wall", (0.26, 0.22, 0.2))),
