@@ -1,11 +1,12 @@
 """The scenes. README.md says what each is for; numbers are here only."""
 
 from dataclasses import replace
-from math import cos, pi, sin
+from math import acos, atan2, cos, exp, pi, sin, sqrt
 
-from model import Camera, Diffuse, Glass, Object, PointLight, Scene, Sphere
-from shapes import (add, box, cross, disk, dot, hemisphere, icosphere, join, normalize, rectangle,
-                    scale, sphere, square, sub, tube, turned_box, waved_grid)
+from model import Camera, Diffuse, Glass, Object, PointLight, Scene, Sphere, SpotLight
+from shapes import (add, arc, box, cross, disk, dot, hemisphere, icosphere, join, lathe, line,
+                    liquid, lumps, normalize, part, rectangle, relief, scale, sphere, square, sub,
+                    tube, turned_box, waved_grid)
 
 BLACK = (0.0, 0.0, 0.0)
 WHITE = Diffuse("white", (0.75, 0.75, 0.75))
@@ -184,6 +185,217 @@ def demo() -> Scene:
     ])
 
 
+# The eye looks along z, the vertex of its cornea at the origin. Millimetres.
+CORNEA_OUTER, CORNEA_INNER, CORNEA_THICKNESS = 7.8, 6.5, 0.55
+EYE_RADIUS, EYE_CENTER = 11.5, -12.57
+LIMBUS, PUPIL, IRIS_OUTER = 5.4, 1.9, 5.6
+
+
+def iris_height(r: float, a: float) -> float:
+    """Leans to the front and rolls back into the pupil; fibres, collarette, furrows."""
+    base = -3.45 - 0.1 * (r - PUPIL) - 0.6 * exp(-((r - 1.75) / 0.2) ** 2)
+    fibres = 0.05 * sin(24 * a + 2.0 * sin(5 * a + 1.5 * r)) + 0.04 * sin(17 * a - 2.2 * r)
+    collarette = 0.12 * exp(-((r - 2.9 - 0.15 * sin(9 * a)) / 0.2) ** 2)
+    furrows = 0.03 * sin(2 * pi * r / 0.55) if r > 3.6 else 0.0
+    rim = 1.0 - exp(-((IRIS_OUTER - r) / 0.4) ** 2)
+    return base + rim * (fibres + collarette + furrows)
+
+
+def iris_zone(p) -> str:
+    r, a = 1000 * sqrt(p[0] ** 2 + p[1] ** 2), atan2(p[1], p[0])
+    if r < 2.9 + 0.25 * sin(9 * a) + 0.1 * sin(22 * a):
+        return "amber"
+    return "blue" if sin(24 * a + 2.0 * sin(5 * a + 1.5 * r)) > -0.3 else "dark blue"
+
+
+def eye(name: str, small: bool) -> Scene:
+    """Cornea and aqueous humour end inside the opaque shell of sclera and iris.
+
+    The lamp, a square of 8 cm turned to the wall or a spot close to it, has 5 W.
+    """
+    mm, origin, axis = 0.001, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
+
+    def turned(pieces, segments=96):
+        pieces = [[(r * mm, h * mm, nr, nh) for r, h, nr, nh in p] for p in pieces]
+        return lathe(origin, axis, pieces, segments)
+
+    def capped(center, radius, edge, back):
+        start = acos(edge / radius)
+        rim = center + radius * sin(start)
+        return turned([line(0.0, back, edge, back), line(edge, back, edge, rim),
+                       arc(center, radius, start, pi / 2, 24)])
+
+    lip = acos(LIMBUS / EYE_RADIUS)
+    shell = turned([arc(EYE_CENTER, EYE_RADIUS, -pi / 2, lip, 48),
+                    line(LIMBUS, EYE_CENTER + EYE_RADIUS * sin(lip), LIMBUS, -5.0)])
+    iris = relief(origin, axis, 1.75 * mm, IRIS_OUTER * mm, 36, 240,
+                  lambda r, a: mm * iris_height(r / mm, a))
+    colors = {"amber": (0.62, 0.44, 0.24), "blue": (0.36, 0.5, 0.6), "dark blue": (0.2, 0.3, 0.42)}
+    wall_center = (0.4, 0.13, 0.15)
+    toward_eye = scale(normalize(wall_center), -1.0)
+    objects = [
+        Object("cornea", capped(-CORNEA_OUTER, CORNEA_OUTER, 6.15, -4.9), Glass("cornea", 1.376)),
+        Object("aqueous", capped(-CORNEA_THICKNESS - CORNEA_INNER, CORNEA_INNER, 5.6, -4.6),
+               Glass("aqueous", 1.336, exterior=1.376)),
+        Object("sclera", shell, Diffuse("sclera", (0.66, 0.61, 0.57))),
+        *(Object(f"iris {color}", part(iris, lambda p: iris_zone(p) == color), Diffuse(color, rgb))
+          for color, rgb in colors.items()),
+        Object("pupil", disk((0.0, 0.0, -4.0 * mm), axis, PUPIL * mm), Diffuse("pupil", BLACK)),
+        Object("wall", square(wall_center, toward_eye, 0.2), Diffuse("wall", (0.8, 0.8, 0.8))),
+    ]
+    watts, lights = 5.0, []
+    if small:
+        # A cone of 15 degrees, 11 cm from the wall: 1.7 % of its area.
+        place = add(wall_center, scale(toward_eye, 0.11))
+        cone = 2 * pi * (1.0 - cos(15.0 * pi / 180))
+        lights = [SpotLight("lamp", place, wall_center, (watts / cone,) * 3, 14.9, 15.0)]
+    else:
+        # Above the way from the wall to the eye.
+        up = cross(normalize(cross(toward_eye, (0.0, 1.0, 0.0))), toward_eye)
+        place = add(wall_center, add(scale(toward_eye, 0.16), scale(up, 0.16)))
+        normal = normalize(sub(wall_center, place))
+        objects.append(Object("lamp", square(place, normal, 0.04), lamp(watts / (pi * 0.08**2))))
+        for thing in objects:
+            if thing.name not in ("wall", "lamp"):
+                before = max(dot(sub(p, place), normal) for p in thing.shape.positions)
+                assert before < 0, f"{name}: the lamp shines on the {thing.name}"
+    return Scene(name, Camera((-0.02, 0.008, 0.09), (0.0, 0.0, -0.003), 10.5), objects, lights)
+
+
+# Amplitude, wave number along x and z, phase.
+WAVES = [(0.0024, 31.0, 14.0, 0.3), (0.0020, -19.0, 38.0, 1.1), (0.0015, 47.0, -22.0, 2.0),
+         (0.0011, 12.0, 61.0, 4.4), (0.0007, -66.0, -41.0, 5.2)]
+
+
+def water(name: str, half: float) -> Scene:
+    """A tiled basin; the water ends inside its walls and under its tiles. The lamp has 45 W."""
+    level, tile = 0.42, 0.15
+
+    def surface(x, z):
+        h, slope_x, slope_z = level, 0.0, 0.0
+        for height, kx, kz, phase in WAVES:
+            h += height * sin(kx * x + kz * z + phase)
+            slope_x += height * kx * cos(kx * x + kz * z + phase)
+            slope_z += height * kz * cos(kx * x + kz * z + phase)
+        return h, slope_x, slope_z
+
+    tiles = [[], []]
+    for i in range(8):
+        for j in range(8):
+            center = ((i - 3.5) * tile, 0.0, (j - 3.5) * tile)
+            tiles[(i + j) % 2].append(rectangle(center, (0.0, 0.0, tile / 2), (tile / 2, 0.0, 0.0)))
+    inner, outer, low, high = 0.59, 0.66, -0.05, 0.5
+    walls = [box((-outer, low, inner), (outer, high, outer)),
+             box((-outer, low, -outer), (outer, high, -inner)),
+             box((inner, low, -inner), (outer, high, inner)),
+             box((-outer, low, -inner), (-inner, high, inner))]
+    center = (0.5, 2.3, 1.1)
+    return Scene(name, Camera((-0.1, 1.75, 1.05), (0.0, 0.17, -0.03), 38.0), [
+        Object("ground", rectangle((0.0, -0.06, 0.0), (0.0, 0.0, 2.0), (2.0, 0.0, 0.0)),
+               Diffuse("ground", (0.4, 0.38, 0.35))),
+        Object("light tiles", join(*tiles[0]), Diffuse("light tiles", (0.75, 0.75, 0.7))),
+        Object("dark tiles", join(*tiles[1]), Diffuse("dark tiles", (0.2, 0.45, 0.55))),
+        Object("basin", join(*walls), Diffuse("basin", (0.6, 0.62, 0.62))),
+        Object("water", liquid(0.62, -0.02, 128, surface), Glass("water", 1.33)),
+        Object("lamp", square(center, normalize(sub((0.0, level, 0.0), center)), half),
+               lamp(45.0 / (pi * (2 * half) ** 2))),
+    ])
+
+
+def water_glass() -> Scene:
+    """A tumbler, three quarters full: its walls border air and water, the water borders air."""
+    mm, origin, axis = 0.001, (0.0, 0.0, 0.0), (0.0, 1.0, 0.0)
+    rim, floor, level = 119.0, 9.5, 85.0
+
+    def inner(h):
+        return 27.5 + 5.5 * (h - floor) / (rim - floor)
+
+    def turned(*pieces):
+        pieces = [[(r * mm, h * mm, nr, nh) for r, h, nr, nh in p] for p in pieces]
+        return lathe(origin, axis, pieces, 128)
+
+    dry = turned(line(0.0, 0.5, 30.0, 0.5), line(30.0, 0.5, 36.0, rim),
+                 arc(rim, 1.5, 0.0, pi, 12, middle=34.5), line(33.0, rim, inner(level), level))
+    wet = turned(line(inner(level), level, 27.5, floor), line(27.5, floor, 0.0, floor))
+    top = turned(line(inner(level), level, 0.0, level))
+    center = (-0.22, 0.36, -0.12)
+    return Scene("water_glass", Camera((0.06, 0.27, 0.42), (0.015, 0.045, 0.0), 28.0), [
+        Object("table", rectangle((0.0, 0.0, 0.0), (0.0, 0.0, 0.6), (0.6, 0.0, 0.0)),
+               Diffuse("table", (0.7, 0.6, 0.48))),
+        Object("wall", rectangle((0.0, 0.3, -0.4), (0.6, 0.0, 0.0), (0.0, 0.3, 0.0)),
+               Diffuse("wall", (0.35, 0.45, 0.5))),
+        Object("glass to air", dry, GLASS),
+        Object("glass to water", wet, Glass("glass in water", 1.5, exterior=1.33)),
+        Object("water to air", top, Glass("water", 1.33)),
+        Object("lamp", square(center, normalize(sub((0.0, 0.05, 0.0), center)), 0.005),
+               lamp(1.6 / (pi * 0.01**2))),
+    ])
+
+
+def lumpy() -> Scene:
+    """81 920 triangles of glass."""
+    lobes = []
+    for i in range(22):
+        y, a = 1.0 - (2 * i + 1) / 22, 2.4 * i
+        around = sqrt(1.0 - y * y)
+        lobes.append(((around * cos(a), y, around * sin(a)), 0.17 + 0.11 * sin(2.3 * i), 17.0))
+    body = lumps((0.0, 0.0, 0.0), 0.36, 6, lobes)
+    lowest = min(p[1] for p in body.positions)
+    body = replace(body, positions=[add(p, (0.0, 0.02 - lowest, 0.0)) for p in body.positions])
+    center = (-1.0, 2.1, -0.7)
+    return Scene("lumpy", Camera((0.5, 1.5, 2.6), (0.12, 0.3, 0.0), 34.0), [
+        Object("floor", FLOOR, WHITE),
+        Object("wall", rectangle((0.0, 1.2, -1.4), (1.9, 0.0, 0.0), (0.0, 1.2, 0.0)),
+               Diffuse("wall", (0.5, 0.4, 0.35))),
+        Object("body", body, GLASS),
+        Object("lamp", square(center, normalize(sub((0.0, 0.4, 0.0), center)), 0.05),
+               lamp(28.0 / (pi * 0.1**2))),
+    ])
+
+
+def window(name: str, half: float) -> Scene:
+    """A room behind a pane of 10 mm that reaches into the front wall; lamp (330 W) and camera outside."""
+    x, y, z, height, thick = 1.5, 1.2, 3.0, 2.4, 0.2
+    left, right, low, high = -0.9, 0.9, 0.6, 1.9
+    side, ground, top = x + thick, -thick, height + thick
+    front = [box((-side, ground, -thick), (left, top, 0.0)),
+             box((right, ground, -thick), (side, top, 0.0)),
+             box((left, ground, -thick), (right, low, 0.0)),
+             box((left, high, -thick), (right, top, 0.0))]
+    start = 0.05 - thick
+    middle = start - z / 2
+    room = [rectangle((0.0, 0.0, middle), (0.0, 0.0, z / 2), (x, 0.0, 0.0)),
+            rectangle((0.0, height, middle), (x, 0.0, 0.0), (0.0, 0.0, z / 2)),
+            rectangle((0.0, y, start - z), (x, 0.0, 0.0), (0.0, y, 0.0))]
+    center = (-1.3, 2.7, 2.7)
+    return Scene(name, Camera((0.5, 1.5, 2.9), (0.0, 1.2, -0.5), 34.0), [
+        Object("front wall", join(*front), Diffuse("front wall", (0.26, 0.22, 0.2))),
+        Object("room", join(*room), WHITE),
+        Object("left wall", rectangle((-x, y, middle), (0.0, y, 0.0), (0.0, 0.0, z / 2)),
+               Diffuse("left wall", (0.65, 0.35, 0.25))),
+        Object("right wall", rectangle((x, y, middle), (0.0, 0.0, z / 2), (0.0, y, 0.0)),
+               Diffuse("right wall", (0.3, 0.5, 0.35))),
+        Object("table", turned_box((0.35, 0.36, -1.3), (0.4, 0.35, 0.3), 20.0),
+               Diffuse("table", (0.6, 0.45, 0.3))),
+        Object("ball", Sphere((0.3, 0.92, -1.3), 0.2), Diffuse("ball", (0.3, 0.4, 0.7))),
+        Object("pane", box((left - 0.05, low - 0.05, -0.105), (right + 0.05, high + 0.05, -0.095)),
+               GLASS),
+        Object("lamp", square(center, normalize(sub((0.0, 1.0, -1.0), center)), half),
+               lamp(330.0 / (pi * (2 * half) ** 2))),
+    ])
+
+
+def pane_sphere() -> Scene:
+    """A ball over a floor under a point light, all behind a pane that fills the view."""
+    return Scene("pane_sphere", Camera((0.2, 1.3, 3.4), (0.0, 0.45, 0.0), 32.0), [
+        Object("floor", FLOOR, WHITE),
+        Object("wall", rectangle((0.0, 1.2, -1.6), (1.9, 0.0, 0.0), (0.0, 1.2, 0.0)),
+               Diffuse("wall", (0.35, 0.45, 0.6))),
+        Object("ball", Sphere((0.1, 0.5, 0.0), 0.4), GLASS),
+        Object("pane", box((-1.2, 0.02, 1.5), (1.2, 2.0, 1.51)), GLASS),
+    ], [PointLight("point", (0.9, 2.4, -0.5), (11.0, 11.0, 11.0))])
+
+
 def scenes() -> list[Scene]:
     """All, in the order of the README."""
     ball = Sphere((0.1, -0.1, -0.2), 0.45)
@@ -199,4 +411,7 @@ def scenes() -> list[Scene]:
         furnace("furnace_rough", Object("ball", ball, Glass("rough glass", 1.5, 0.1))),
         furnace_environment(),
         rough_glass(), smooth_normals(), demo(),
+        eye("eye", False), eye("eye_small", True),
+        water("water", 0.3), water("water_small", 0.005), water_glass(), lumpy(),
+        window("window", 0.3), window("window_small", 0.005), pane_sphere(),
     ]

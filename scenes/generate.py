@@ -19,14 +19,14 @@ def main() -> int:
     if sys.argv[1:] and not check:
         print(__doc__, file=sys.stderr)
         return 2
-    wrong = []
-    for scene in catalogue.scenes():
+    wrong, scenes = [], catalogue.scenes()
+    for scene in scenes:
         path, data = HERE / f"{scene.name}.glb", glb.encode(scene)
         if not check:
             path.write_bytes(data)
         elif not path.is_file() or path.read_bytes() != data:
             wrong.append(path.name)
-    known = {f"{scene.name}.glb" for scene in catalogue.scenes()}
+    known = {f"{scene.name}.glb" for scene in scenes}
     if check:
         wrong += sorted(p.name for p in HERE.glob("*.glb") if p.name not in known)
     for name in wrong:

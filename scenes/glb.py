@@ -4,7 +4,7 @@ import json
 import struct
 from math import pi
 
-from model import Diffuse, Scene, Sphere
+from model import Diffuse, Scene, Sphere, SpotLight
 from shapes import cross, normalize, sphere, sub
 
 FLOAT, UINT16, UINT32 = 5126, 5123, 5125
@@ -77,7 +77,7 @@ def material_json(material) -> dict:
     volume = {"thicknessFactor": 1}
     if material.attenuation:
         volume |= {"attenuationDistance": 1, "attenuationColor": numbers(material.attenuation)}
-    return {
+    out = {
         "name": material.name,
         "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 1], "metallicFactor": 0,
                                  "roughnessFactor": numbers([material.roughness])[0]},
@@ -85,14 +85,17 @@ def material_json(material) -> dict:
                        "KHR_materials_transmission": {"transmissionFactor": 1},
                        "KHR_materials_volume": volume},
     }
+    if material.exterior != 1.0:
+        out["extras"] = {"caustica": {"exterior_ior": rounded(material.exterior)}}
+    return out
 
 
-def camera_matrix(camera) -> list[float]:
-    """Camera to world, columns; the camera looks along its -z."""
-    back = normalize(sub(camera.origin, camera.target))
-    right = normalize(cross(camera.up, back))
+def looking(origin, target, up) -> list[float]:
+    """Camera or spot to world, columns; both look along their -z."""
+    back = normalize(sub(origin, target))
+    right = normalize(cross(up, back))
     up = cross(back, right)
-    return numbers([*right, 0, *up, 0, *back, 0, *camera.origin, 1])
+    return numbers([*right, 0, *up, 0, *back, 0, *origin, 1])
 
 
 def encode(scene: Scene) -> bytes:
@@ -118,9 +121,13 @@ def encode(scene: Scene) -> bytes:
             "material": materials.index(thing.material), "mode": 4}]})
         nodes.append(node)
     for i, light in enumerate(scene.lights):
-        nodes.append({"name": light.name, "translation": numbers(light.position),
+        place = ({"matrix": looking(light.position, light.target, (0.0, 1.0, 0.0))}
+                 if isinstance(light, SpotLight) else {"translation": numbers(light.position)})
+        nodes.append({"name": light.name, **place,
                       "extensions": {"KHR_lights_punctual": {"light": i}}})
-    nodes.append({"name": "camera", "camera": 0, "matrix": camera_matrix(scene.camera)})
+    camera = scene.camera
+    nodes.append({"name": "camera", "camera": 0,
+                  "matrix": looking(camera.origin, camera.target, camera.up)})
 
     root = {"name": scene.name, "nodes": list(range(len(nodes)))}
     if any(scene.environment):
@@ -156,5 +163,10 @@ def encode(scene: Scene) -> bytes:
 
 def intensity_json(light) -> dict:
     strength = max(light.intensity)
-    return {"name": light.name, "type": "point", "intensity": numbers([strength])[0],
-            "color": numbers(i / strength for i in light.intensity)}
+    out = {"name": light.name, "type": "point", "intensity": numbers([strength])[0],
+           "color": numbers(i / strength for i in light.intensity)}
+    if isinstance(light, SpotLight):
+        out["type"] = "spot"
+        out["spot"] = {"innerConeAngle": round(light.inner * pi / 180, 9),
+                       "outerConeAngle": round(light.outer * pi / 180, 9)}
+    return out

@@ -20,7 +20,7 @@ class Diffuse:
 
 @dataclass(frozen=True)
 class Glass:
-    """Boundary of a solid: index `ior` behind the surface, vacuum before it.
+    """Boundary of a solid: index `ior` behind the surface, `exterior` before it.
 
     `roughness` is perceptual (GGX alpha is its square). `attenuation` is the colour that white
     becomes after one metre of glass, or None for clear glass.
@@ -30,6 +30,7 @@ class Glass:
     ior: float = 1.5
     roughness: float = 0.0
     attenuation: Optional[Vec3] = None
+    exterior: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -68,6 +69,18 @@ class PointLight:
 
 
 @dataclass(frozen=True)
+class SpotLight:
+    """Points at `target`: full intensity within `inner` degrees of the axis, none beyond `outer`."""
+
+    name: str
+    position: Vec3
+    target: Vec3
+    intensity: Vec3
+    inner: float
+    outer: float
+
+
+@dataclass(frozen=True)
 class Camera:
     """Pinhole, square image; `yfov` in degrees."""
 
@@ -84,5 +97,5 @@ class Scene:
     name: str
     camera: Camera
     objects: list[Object]
-    lights: list[PointLight] = field(default_factory=list)
+    lights: list[PointLight | SpotLight] = field(default_factory=list)
     environment: Vec3 = (0.0, 0.0, 0.0)

@@ -1,8 +1,12 @@
 """Meshes. All closed ones have outward fronts and outward normals."""
 
-from math import cos, pi, sin, sqrt
+from collections.abc import Callable
+from math import cos, exp, pi, sin, sqrt
 
 from model import Mesh, Vec3
+
+# Radius, height, and the same two of the normal.
+Profile = tuple[float, float, float, float]
 
 
 def add(a: Vec3, b: Vec3) -> Vec3:
@@ -197,6 +201,126 @@ def waved_grid(half: float, cells: int, tilt: float) -> Mesh:
             q = p + cells + 1
             triangles += [(p, q, q + 1), (p, q + 1, p + 1)]
     return Mesh(positions, triangles, normals)
+
+
+def arc(center: float, radius: float, start: float, end: float, steps: int,
+        middle: float = 0.0) -> list[Profile]:
+    """Part of a circle about (`middle`, `center`), angles from the horizontal; the back is its inside."""
+    side = 1.0 if end > start else -1.0
+    angles = [start + (end - start) * i / steps for i in range(steps + 1)]
+    return [(middle + radius * cos(a), center + radius * sin(a), side * cos(a), side * sin(a))
+            for a in angles]
+
+
+def line(r0: float, h0: float, r1: float, h1: float) -> list[Profile]:
+    """From one point to another; the front is on the right."""
+    length = sqrt((r1 - r0) ** 2 + (h1 - h0) ** 2)
+    nr, nh = (h1 - h0) / length, (r0 - r1) / length
+    return [(r0, h0, nr, nh), (r1, h1, nr, nh)]
+
+
+def lathe(origin: Vec3, axis: Vec3, pieces: list[list[Profile]], segments: int) -> Mesh:
+    """Surface of revolution; each piece of the profile is smooth within itself."""
+    u, v, w = frame(axis)
+    around = [add(scale(u, cos(2 * pi * i / segments)), scale(v, sin(2 * pi * i / segments)))
+              for i in range(segments)]
+    positions, normals, triangles = [], [], []
+    for piece in pieces:
+        rings = []
+        for r, h, nr, nh in piece:
+            pole = abs(r) < 1e-9
+            rings.append([len(positions) + (0 if pole else i) for i in range(segments)])
+            for d in around[:1] if pole else around:
+                positions.append(add(origin, add(scale(d, 0.0 if pole else r), scale(w, h))))
+                normals.append(w if pole and nh > 0 else scale(w, -1.0) if pole
+                               else add(scale(d, nr), scale(w, nh)))
+        for p, q in zip(rings, rings[1:]):
+            for i in range(segments):
+                j = (i + 1) % segments
+                triangles += [t for t in ((p[i], p[j], q[j]), (p[i], q[j], q[i]))
+                              if len(set(t)) == 3]
+    return Mesh(positions, triangles, normals)
+
+
+def relief(origin: Vec3, axis: Vec3, inner: float, outer: float, rings: int, segments: int,
+           height: Callable[[float, float], float]) -> Mesh:
+    """Annulus that faces `axis`, raised by height(radius, angle); smooth normals."""
+    u, v, w = frame(axis)
+    positions = []
+    for k in range(rings + 1):
+        r = inner + (outer - inner) * k / rings
+        for i in range(segments):
+            a = 2 * pi * i / segments
+            flat = add(scale(u, r * cos(a)), scale(v, r * sin(a)))
+            positions.append(add(origin, add(flat, scale(w, height(r, a)))))
+    triangles = []
+    for k in range(rings):
+        for i in range(segments):
+            j = (i + 1) % segments
+            p, q = k * segments, (k + 1) * segments
+            triangles += [(p + i, q + i, q + j), (p + i, q + j, p + j)]
+    normals = [(0.0, 0.0, 0.0)] * len(positions)
+    for t in triangles:
+        a, b, c = (positions[i] for i in t)
+        area = cross(sub(b, a), sub(c, a))
+        for i in t:
+            normals[i] = add(normals[i], area)
+    return Mesh(positions, triangles, [normalize(n) for n in normals])
+
+
+def part(mesh: Mesh, wanted: Callable[[Vec3], bool]) -> Mesh:
+    """The triangles whose centre is wanted."""
+    triangles = [t for t in mesh.triangles
+                 if wanted(scale(add(add(*(mesh.positions[i] for i in t[:2])),
+                                     mesh.positions[t[2]]), 1 / 3))]
+    kept = sorted({i for t in triangles for i in t})
+    number = {old: new for new, old in enumerate(kept)}
+    return Mesh([mesh.positions[i] for i in kept],
+                [(number[a], number[b], number[c]) for a, b, c in triangles],
+                [mesh.normals[i] for i in kept])
+
+
+def liquid(half: float, bottom: float, cells: int,
+           surface: Callable[[float, float], Vec3]) -> Mesh:
+    """A square block whose top is (height, slope along x, slope along z) = surface(x, z)."""
+    count = cells + 1
+    top = waved_grid(half, cells, 0.0)
+    positions, normals = [], []
+    for x, _, z in top.positions:
+        h, slope_x, slope_z = surface(x, z)
+        positions.append((x, h, z))
+        normals.append(normalize((-slope_x, 1.0, -slope_z)))
+    parts = [Mesh(positions, top.triangles, normals)]
+    # Sides, each a fan from a lower corner, so that no vertex lies on another's edge.
+    last = count * count - 1
+    edges = [range(last, cells - 1, -count), range(0, last, count),
+             range(last - cells, last + 1), range(cells, -1, -1)]
+    for edge, out in zip(edges, [(1.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)]):
+        upper = [positions[i] for i in edge]
+        lower = [(p[0], bottom, p[2]) for p in (upper[0], upper[-1])]
+        fan = [(0, i + 1, i) for i in range(2, count + 1)] + [(0, 1, count + 1)]
+        parts.append(Mesh(lower + upper, fan, [out] * (count + 2)))
+    ground = rectangle((0.0, bottom, 0.0), (half, 0.0, 0.0), (0.0, 0.0, half))
+    parts.append(Mesh(ground.positions, ground.triangles, [(0.0, -1.0, 0.0)] * 4))
+    return join(*parts)
+
+
+def lumps(center: Vec3, radius: float, subdivisions: int,
+          lobes: list[tuple[Vec3, float, float]]) -> Mesh:
+    """A ball with lobes: (direction, height in radii, sharpness) each; exact normals."""
+    ball = icosphere((0.0, 0.0, 0.0), 1.0, subdivisions)
+    lobes = [(normalize(d), height, sharpness) for d, height, sharpness in lobes]
+    positions, normals = [], []
+    for d in ball.positions:
+        size, gradient = 1.0, (0.0, 0.0, 0.0)
+        for axis, height, sharpness in lobes:
+            value = height * exp(sharpness * (dot(axis, d) - 1.0))
+            size += value
+            gradient = add(gradient, scale(axis, sharpness * value))
+        along = sub(gradient, scale(d, dot(gradient, d)))
+        positions.append(add(center, scale(d, radius * size)))
+        normals.append(normalize(sub(scale(d, size), along)))
+    return Mesh(positions, ball.triangles, normals)
 
 
 def join(*meshes: Mesh) -> Mesh:

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Checks with Mitsuba what scenes/README.md says of the path classes of Figures 4a, 4b and 4c.
+"""Checks with Mitsuba what scenes/README.md says of path classes.
 
-Each claim is that an image is exactly black once one kind of surface is made black.
+Each claim is that an image is exactly black once one kind of surface is made black, or what the camera sees first.
 """
 
 import sys
@@ -14,13 +14,17 @@ mi.set_variant("llvm_ad_rgb")
 from convert import convert  # noqa: E402  needs the variant; also puts scenes/ on the path
 import catalogue  # noqa: E402
 from dataclasses import replace  # noqa: E402
-from model import Diffuse, Glass  # noqa: E402
+from model import Camera, Diffuse, Glass  # noqa: E402
 
 BLACK = Diffuse("black", (0.0, 0.0, 0.0))
 
 
 def black_panel(material):
     return BLACK if material.name == "panel" else material
+
+
+def black_wall(material):
+    return BLACK if material.name == "wall" else material
 
 
 def black_glass(material):
@@ -56,16 +60,26 @@ def main() -> int:
     for scene in catalogue.scenes():
         figure = scene.name.split("_")[0]
         changes = {"figure4a": [black_panel], "figure4b": [black_glass],
-                   "figure4c": [black_glass, black_diffuse]}.get(figure, [])
+                   "figure4c": [black_glass, black_diffuse],
+                   "eye": [black_wall], "pane": [black_glass]}.get(figure, [])
         for change in changes:
             for integrator in ("path", "ptracer"):
                 value = brightest(scene, change, integrator)
                 print(f"{scene.name}: {change.__name__}, {integrator}: brightest pixel {value}")
                 wrong += value != 0.0
-        if figure == "figure4c":
+        if figure == "window":
+            for target in ((0, 1.2, 0), (0, 1.2, -3), (1, 1.2, -1.7), (-1, 1.2, -1.7), (0, 0, -2), (0, 2.4, -2)):
+                within = replace(scene, camera=Camera((0, 1.5, -1.0), target, 100.0))
+                value = brightest(within, black_glass, "path")
+                print(f"{scene.name}: within, black_glass: brightest pixel {value}")
+                wrong += value != 0.0
+        allowed = {"figure4c": {"plate", "hemisphere", "torch_lens", "torch_tube", "torch_back"},
+                   "eye": {"cornea", "sclera"}, "window": {"front_wall", "pane"},
+                   "pane": {"pane"}}.get(figure)
+        if allowed:
             seen = first_hits(scene)
             print(f"{scene.name}: the camera sees directly: {', '.join(sorted(seen))}")
-            wrong += not seen <= {"plate", "hemisphere", "torch_lens", "torch_tube", "torch_back"}
+            wrong += not seen <= allowed
     return 1 if wrong else 0
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scenes"))
 
-from model import Diffuse, Sphere  # noqa: E402
+from model import Diffuse, Sphere, SpotLight  # noqa: E402
 import glb  # noqa: E402
 
 
@@ -70,9 +70,9 @@ def bsdf(material, smooth, side_check):
             out = out["nested"]
     elif material.roughness > 0:
         out = {"type": "roughdielectric", "distribution": "ggx", "alpha": material.roughness**2,
-               "int_ior": material.ior, "ext_ior": 1.0, "sample_visible": True}
+               "int_ior": material.ior, "ext_ior": material.exterior, "sample_visible": True}
     else:
-        out = {"type": "dielectric", "int_ior": material.ior, "ext_ior": 1.0}
+        out = {"type": "dielectric", "int_ior": material.ior, "ext_ior": material.exterior}
     if smooth and side_check:
         out = {"type": "sidechecked", "nested": out}
     return out
@@ -118,8 +118,15 @@ def convert(scene, size, integrator, side_check=True, replace=None):
                 props["face_normals"] = True
             out[key] = mesh(key, shape, props)
     for light in scene.lights:
-        out[light.name] = {"type": "point", "position": list(light.position),
-                           "intensity": rgb(light.intensity)}
+        if isinstance(light, SpotLight):
+            # Between the two angles the falloff is not glTF's.
+            out[light.name] = {"type": "spot", "intensity": rgb(light.intensity),
+                               "beam_width": light.inner, "cutoff_angle": light.outer,
+                               "to_world": mi.ScalarTransform4f().look_at(
+                                   list(light.position), list(light.target), [0, 1, 0])}
+        else:
+            out[light.name] = {"type": "point", "position": list(light.position),
+                               "intensity": rgb(light.intensity)}
     if any(scene.environment):
         out["environment"] = {"type": "constant", "radiance": rgb(scene.environment)}
     camera = scene.camera
