@@ -34,6 +34,20 @@ impl Shape {
         SurfacePoint { shape: hit.shape, ..point }
     }
 
+    /// Whether the shading normal turns along some part of the surface.
+    pub fn is_curved(&self) -> bool {
+        match self {
+            Shape::Mesh(mesh) => {
+                let turns = |[a, b, c]: &[u32; 3]| {
+                    let n = |i: &u32| mesh.normals[*i as usize];
+                    n(a) != n(b) || n(a) != n(c)
+                };
+                !mesh.normals.is_empty() && mesh.triangles.iter().any(turns)
+            }
+            Shape::Sphere(_) => true,
+        }
+    }
+
     /// World-space corners of the bounding box.
     pub fn bounds(&self) -> (glam::Vec3, glam::Vec3) {
         match self {

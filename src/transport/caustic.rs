@@ -2,17 +2,18 @@
 //! connectable vertices is blocked by refracting surfaces alone, a manifold walk from that segment
 //! finds the path through them.
 //!
-//! `S(a, b)`, [`Tracer::solve`], is one pure function of the ordered pair, camera side first. Connections
-//! use its result; and when a subpath has sampled a chain, the same call decides whether a connection
-//! would have found that very chain, and so whether the technique counts in the weights (§3.3.1's
-//! check, run to convergence: fewer iterations are biased).
+//! `S(a, b)` is one pure function of the ordered pair, camera side first: the set of chains to which the
+//! walks from the straight segment and from a few other starts lead. Connections use them all; and when a
+//! subpath has sampled a chain, the same walks decide whether it is in the set, and so whether the
+//! technique counts in the weights (§3.3.1's check, run to convergence: fewer iterations are biased). The
+//! paper has one walk; what it misses is left to the other techniques, and so to their noise.
 
 use super::Tracer;
 use super::interfaces::{Refractors, meets_box};
 use super::roulette::Roulette;
 use crate::camera::Endpoint;
 use crate::geometry::{Ray, Shape};
-use crate::manifold::{Crossing, End, MAX_CHAIN, Rejection, Seed, Source, WalkSettings, walk};
+use crate::manifold::{Crossing, End, MAX_CHAIN, MAX_STARTS, Rejection, Seed, Source, WalkSettings, starts, walk};
 use crate::math::Rgb;
 use crate::scene::world::MediumId;
 use glam::{DVec3, Vec3};
@@ -65,6 +66,9 @@ pub struct CausticOptions {
     pub check: Check,
     /// The walk.
     pub walk: WalkSettings,
+    /// Walks from one pair of ends, the one from the straight segment included; behind flat glass there is
+    /// no other. At most `1 +` [`MAX_STARTS`].
+    pub seeds: u32,
     /// Which connections are tried.
     pub roulette: Roulette,
 }
@@ -75,19 +79,21 @@ impl Default for CausticOptions {
             geometry_term: GeometryTerm::Exact,
             check: Check::Exact,
             walk: WalkSettings::default(),
+            seeds: 4,
             roulette: Roulette::Contribution(0.5),
         }
     }
 }
 
 impl CausticOptions {
-    /// What the paper describes: the direct term, a check of few steps, roulette by lengths. The walk is
-    /// the default one.
+    /// What the paper describes: the direct term, a check of few steps, roulette by lengths, one
+    /// walk per connection.
     pub fn paper() -> CausticOptions {
         CausticOptions {
             geometry_term: GeometryTerm::Direct,
             check: Check::Few,
             walk: WalkSettings::default(),
+            seeds: 1,
             roulette: Roulette::Lengths,
         }
     }
@@ -145,6 +151,12 @@ pub struct CausticEdge {
 }
 
 impl CausticEdge {
+    /// Whether its directions at both ends are these, within an angle in radians.
+    #[inline]
+    fn leaves_like(&self, first: Vec3, last: Vec3, angle: f32) -> bool {
+        self.first.distance(first) < angle && self.last.distance(last) < angle
+    }
+
     /// `n_a² kappa cos_a / (n_b² cos_b)`: the reverse Jacobian over the forward one, in the weights.
     #[inline]
     pub fn etendue_ratio(&self, cos_a: f64, cos_b: f64) -> f64 {
@@ -155,15 +167,17 @@ impl CausticEdge {
 /// Numbers about walks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WalkCount {
-    /// Walks tried for connections.
+    /// Connections tried through glass.
     pub connections: u64,
     /// Attempts that roulette spared, whether there was glass in the way or not.
     pub spared: u64,
-    /// Walks that gave a chain.
+    /// Connections that found a chain.
     pub connected: u64,
-    /// Walks run to check a sampled chain.
+    /// The chains that they found.
+    pub chains: u64,
+    /// Sampled chains that were checked.
     pub checks: u64,
-    /// Of these, those that found the chain.
+    /// Of these, those that a connection would have found.
     pub confirmed: u64,
     /// Newton steps of all walks, halved ones included.
     pub iterations: u64,
@@ -198,9 +212,9 @@ pub const REASONS: [Rejection; 9] = [
 ];
 
 impl WalkCount {
-    /// Walks of both kinds.
+    /// All walks.
     pub fn total(&self) -> u64 {
-        self.connections + self.checks
+        self.steps.as_flattened().iter().sum()
     }
 
     fn count_steps(&mut self, iterations: u32, converged: bool) {
@@ -215,6 +229,7 @@ impl std::ops::AddAssign for WalkCount {
         self.connections += o.connections;
         self.spared += o.spared;
         self.connected += o.connected;
+        self.chains += o.chains;
         self.checks += o.checks;
         self.confirmed += o.confirmed;
         self.iterations += o.iterations;
@@ -251,7 +266,7 @@ impl Tracer<'_> {
     /// The segment, if it meets a box around glass; without one there is no chain on it.
     #[inline]
     pub(super) fn toward_glass(&self, a: &Endpoint, b: &Endpoint) -> Option<Ray> {
-        segment(a, b).filter(|ray| self.world.refractors.iter().any(|(low, high)| meets_box(ray, *low, *high)))
+        segment(a, b).filter(|ray| self.world.refractors.iter().any(|r| meets_box(ray, r.low, r.high)))
     }
 
     /// What lies on the segment `ray` from `a` to `b`: the visibility test and, where refracting surfaces
@@ -312,21 +327,25 @@ impl Tracer<'_> {
         Sight::Blocked
     }
 
-    /// `S(a, b)` from its seed: the unobstructed chain from `a` (camera side) to `b` (light side), or
-    /// nothing.
-    fn solve(&mut self, a: &Endpoint, b: &Endpoint, seen: &Seen, settings: WalkSettings) -> Option<CausticEdge> {
+    /// One chain of `S(a, b)`: the unobstructed chain from `a` (camera side) to `b` (light side) to which the
+    /// walk leads from the straight segment or from `start`, or nothing.
+    fn solve(
+        &mut self,
+        a: &Endpoint,
+        b: &Endpoint,
+        seen: &Seen,
+        start: Option<DVec3>,
+        settings: &WalkSettings,
+    ) -> Option<CausticEdge> {
         let world = self.world;
         let origin = a.position().as_dvec3();
         let refractors = Refractors { world, origin, rays: Cell::new(0) };
-        let end = match b {
-            Endpoint::Infinite(d) => End::Direction(d.as_dvec3()),
-            _ => End::Point(b.position().as_dvec3() - origin),
-        };
+        let end = end_from(origin, b);
         let source = match a {
             Endpoint::Surface(at) => Some(Source { interface: at.shape, primitive: at.primitive }),
             _ => None,
         };
-        let chain = walk(&refractors, source, end, &seen.seed, &settings);
+        let chain = walk(&refractors, source, end, &seen.seed, start, settings);
         self.rays.walk += refractors.rays.get();
         let chain = match chain {
             Ok(chain) => {
@@ -389,14 +408,38 @@ impl Tracer<'_> {
         Some(edge)
     }
 
-    /// The chain by which a connection joins two ends, counted and timed.
-    pub(super) fn connect_chain(&mut self, a: &Endpoint, b: &Endpoint, seen: &Seen) -> Option<CausticEdge> {
+    /// First directions of the walks after the one from the straight segment.
+    fn starts(&self, a: &Endpoint, b: &Endpoint, seen: &Seen) -> impl Iterator<Item = DVec3> + use<> {
+        let curved = seen.seed.crossings().iter().zip(seen.seed.vertices()).find_map(|(crossing, vertex)| {
+            let i = self.world.refractors.binary_search_by_key(&crossing.interface, |r| r.shape).ok()?;
+            let refractor = &self.world.refractors[i];
+            refractor.curved.then_some((refractor, vertex.p))
+        });
+        let (directions, count) = curved.map_or(([DVec3::Z; MAX_STARTS], 0), |(refractor, near)| {
+            let origin = a.position().as_dvec3();
+            let (low, high) = (refractor.low.as_dvec3(), refractor.high.as_dvec3());
+            let radius = (high - low).element_sum() / 6.0;
+            let starts = starts(end_from(origin, b), near, (low + high) * 0.5 - origin, radius);
+            (starts, self.options.seeds.saturating_sub(1) as usize)
+        });
+        directions.into_iter().take(count)
+    }
+
+    /// `S(a, b)`, by which a connection joins two ends: fills [`Tracer::chains`] with different chains.
+    pub(super) fn connect_chains(&mut self, a: &Endpoint, b: &Endpoint, seen: &Seen) {
         self.walks.connections += 1;
         let start = self.walks.connections.is_multiple_of(TIMED).then(Instant::now);
-        let edge = self.solve(a, b, seen, self.options.walk);
+        self.chains.clear();
+        let settings = self.options.walk;
+        for from in std::iter::once(None).chain(self.starts(a, b, seen).map(Some)) {
+            let Some(edge) = self.solve(a, b, seen, from, &settings) else { continue };
+            if !self.chains.iter().any(|known| known.leaves_like(edge.first, edge.last, SAME_CHAIN)) {
+                self.chains.push(edge);
+            }
+        }
         self.walks.nanoseconds[0] += start.map_or(0, |s| TIMED * s.elapsed().as_nanos() as u64);
-        self.walks.connected += u64::from(edge.is_some());
-        edge
+        self.walks.connected += u64::from(!self.chains.is_empty());
+        self.walks.chains += self.chains.len() as u64;
     }
 
     /// Whether a connection of `a` and `b` would have found a chain that was sampled: through `shapes`,
@@ -423,12 +466,21 @@ impl Tracer<'_> {
             _ => (self.options.walk, SAME_CHAIN),
         };
         let start = self.walks.checks.is_multiple_of(TIMED).then(Instant::now);
-        let edge = self.solve(a, b, &seen, settings);
+        let found = std::iter::once(None).chain(self.starts(a, b, &seen).map(Some)).find_map(|from| {
+            let edge = self.solve(a, b, &seen, from, &settings)?;
+            edge.leaves_like(first, last, close).then_some(edge)
+        });
         self.walks.nanoseconds[1] += start.map_or(0, |s| TIMED * s.elapsed().as_nanos() as u64);
-        let edge = edge?;
-        let same = edge.first.distance(first) < close && edge.last.distance(last) < close;
-        self.walks.confirmed += u64::from(same);
-        same.then_some(edge)
+        self.walks.confirmed += u64::from(found.is_some());
+        found
+    }
+}
+
+/// The light side's end for a walk from `origin`.
+fn end_from(origin: DVec3, b: &Endpoint) -> End {
+    match b {
+        Endpoint::Infinite(d) => End::Direction(d.as_dvec3()),
+        _ => End::Point(b.position().as_dvec3() - origin),
     }
 }
 

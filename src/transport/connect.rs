@@ -1,13 +1,14 @@
 //! The techniques that join a camera subpath and a light subpath: next-event estimation (s = 1),
 //! connection of two vertices (s, t >= 2), and connection of a light vertex to the camera (t = 1).
 //!
-//! Each returns the unweighted contribution and its weight, or nothing; a pair is first tested for a
-//! zero of its scattering functions, then for visibility.
+//! Each leaves its paths in [`Tracer::joined`]: none, one, or through glass one for each chain. A pair is
+//! first tested for a zero of its scattering functions, then for visibility.
 
-use super::caustic::{CausticEdge, Seen, Sight};
+use super::caustic::{CausticEdge, Sight};
 use super::vertex::{LightVertex, Vertex};
 use super::{Tracer, weight};
 use crate::camera::{Camera, Endpoint};
+use crate::emitter::LightDensities;
 use crate::geometry::Ray;
 use crate::geometry::ray::segment;
 use crate::math::{Rgb, Sampler};
@@ -25,16 +26,20 @@ pub struct Joined {
     pub weighted: Rgb,
     /// The chain that a caustic connection went through.
     pub chain: Option<CausticEdge>,
+    /// Densities at the light vertex, if that was drawn for this path (s = 1).
+    pub densities: Option<LightDensities>,
+    /// Where it falls on the film, if that is the technique's choice (t = 1).
+    pub raster: Vec2,
 }
 
 impl Joined {
     fn regular(value: Rgb, weight: f64) -> Joined {
-        Joined { value, weight, weighted: value * weight as f32, chain: None }
+        Joined { value, weight, weighted: value * weight as f32, chain: None, densities: None, raster: Vec2::ZERO }
     }
 
     /// From the value without its factor `J`, and the densities of this technique, `own`, and of all
     /// others together, over `J` as it enters the weights.
-    fn caustic(value: Rgb, cos_b: f64, own: f64, others: f64, chain: CausticEdge) -> Joined {
+    fn caustic(value: Rgb, cos_b: f64, own: f64, others: f64, chain: &CausticEdge) -> Joined {
         let scale = |x: f64| (value.as_dvec3() * x).as_vec3();
         let own_here = own * chain.weight_inverse_jacobian / cos_b;
         // Exactly 1 with the exact term, also at a caustic.
@@ -47,7 +52,9 @@ impl Joined {
             value: scale(cos_b / chain.inverse_jacobian),
             weight: own_here / (own_here + others),
             weighted: scale(off * own / (own_here + others)),
-            chain: Some(chain),
+            chain: Some(*chain),
+            densities: None,
+            raster: Vec2::ZERO,
         }
     }
 
@@ -60,7 +67,8 @@ impl Joined {
 impl Tracer<'_> {
     /// Next-event estimation at camera vertex `index`: a light vertex drawn for this receiver.
     #[inline]
-    pub fn next_event(&mut self, index: usize, sampler: &mut Sampler) -> Option<(Joined, LightVertex)> {
+    pub fn next_event(&mut self, index: usize, sampler: &mut Sampler) -> Option<LightVertex> {
+        self.joined.clear();
         let world = self.world;
         let a = self.camera_vertices[index];
         let (u_light, u) = (sampler.next_1d(), sampler.next_2d());
@@ -71,18 +79,26 @@ impl Tracer<'_> {
             if let Some(ray) = self.toward_glass(&from, &at)
                 && let Some(attempt) = self.attempt(regular.as_ref().map(|r| &r.0), index)
             {
-                return match self.sight(ray, &from, &at) {
-                    Sight::Clear => regular.map(|(joined, light, _)| (joined, light)),
-                    Sight::Blocked => None,
-                    Sight::Refracted(seen) => {
-                        let (joined, light) = self.caustic_next_event(&a, light, at, direct, &seen)?;
-                        Some((joined.attempted(attempt), light))
+                match self.sight(ray, &from, &at) {
+                    Sight::Clear => {
+                        let (joined, light, _) = regular?;
+                        self.joined.push(joined);
+                        return Some(light);
                     }
-                };
+                    Sight::Blocked => return None,
+                    Sight::Refracted(seen) if a.segments + seen.segments() <= self.max_depth => {
+                        self.connect_chains(&from, &at, &seen);
+                        return self.caustic_next_event(&a, light, at, direct, attempt);
+                    }
+                    Sight::Refracted(_) => return None,
+                }
             }
         }
         let (joined, light, ray) = regular?;
-        self.visible(&ray).then_some((joined, light))
+        if self.visible(&ray) {
+            self.joined.push(joined);
+        }
+        Some(light)
     }
 
     /// Next-event estimation along the straight line, if that is free: the ray.
@@ -124,23 +140,32 @@ impl Tracer<'_> {
 
     /// Connection of camera vertex `i` with light vertex `j`.
     #[inline]
-    pub fn connect(&mut self, i: usize, j: usize) -> Option<Joined> {
+    pub fn connect(&mut self, i: usize, j: usize) {
+        self.joined.clear();
         let regular = self.regular_connect(i, j);
         if self.caustics {
-            let from = Endpoint::Surface(self.camera_vertices[i].at);
-            let to = Endpoint::Surface(self.light_vertices[j].at);
+            let (a, b) = (&self.camera_vertices[i], &self.light_vertices[j]);
+            let (from, to) = (Endpoint::Surface(a.at), Endpoint::Surface(b.at));
+            let segments = a.segments + b.segments;
             if let Some(ray) = self.toward_glass(&from, &to)
                 && let Some(attempt) = self.attempt(regular.as_ref().map(|r| &r.0), i + j + 1)
             {
-                return match self.sight(ray, &from, &to) {
-                    Sight::Clear => regular.map(|(joined, _)| joined),
-                    Sight::Blocked => None,
-                    Sight::Refracted(seen) => Some(self.caustic_connect(i, j, &seen)?.attempted(attempt)),
-                };
+                match self.sight(ray, &from, &to) {
+                    Sight::Clear => self.joined.extend(regular.map(|(joined, _)| joined)),
+                    Sight::Refracted(seen) if segments + seen.segments() <= self.max_depth => {
+                        self.connect_chains(&from, &to, &seen);
+                        self.caustic_connect(i, j, attempt);
+                    }
+                    Sight::Blocked | Sight::Refracted(_) => {}
+                }
+                return;
             }
         }
-        let (joined, ray) = regular?;
-        self.visible(&ray).then_some(joined)
+        if let Some((joined, ray)) = regular
+            && self.visible(&ray)
+        {
+            self.joined.push(joined);
+        }
     }
 
     /// Connection along the straight line, if that is free: the ray.
@@ -177,32 +202,38 @@ impl Tracer<'_> {
         Some((Joined::regular(value, weight), Ray::between(&a.at, &b.at)))
     }
 
-    /// Connection of light vertex `j` with the camera: the light image's share, and where it falls.
+    /// Connection of light vertex `j` with the camera: the light image's share.
     #[inline]
-    pub fn to_camera(&mut self, camera: &Camera, j: usize) -> Option<(Joined, Vec2)> {
+    pub fn to_camera(&mut self, camera: &Camera, j: usize) {
+        self.joined.clear();
         let regular = self.regular_to_camera(camera, j);
         if self.camera_caustics {
-            let (pinhole, to) = (camera.endpoint(), Endpoint::Surface(self.light_vertices[j].at));
+            let b = &self.light_vertices[j];
+            let (pinhole, to, segments) = (camera.endpoint(), Endpoint::Surface(b.at), b.segments);
             if let Some(ray) = self.toward_glass(&pinhole, &to)
                 && let Some(attempt) = self.attempt(regular.as_ref().map(|r| &r.0), j)
             {
-                return match self.sight(ray, &pinhole, &to) {
-                    Sight::Clear => regular.map(|(joined, raster, _)| (joined, raster)),
-                    Sight::Blocked => None,
-                    Sight::Refracted(seen) => {
-                        let (joined, raster) = self.caustic_to_camera(camera, pinhole, j, &seen)?;
-                        Some((joined.attempted(attempt), raster))
+                match self.sight(ray, &pinhole, &to) {
+                    Sight::Clear => self.joined.extend(regular.map(|(joined, _)| joined)),
+                    Sight::Refracted(seen) if segments + seen.segments() <= self.max_depth => {
+                        self.connect_chains(&pinhole, &to, &seen);
+                        self.caustic_to_camera(camera, pinhole, j, attempt);
                     }
-                };
+                    Sight::Blocked | Sight::Refracted(_) => {}
+                }
+                return;
             }
         }
-        let (joined, raster, ray) = regular?;
-        self.visible(&ray).then_some((joined, raster))
+        if let Some((joined, ray)) = regular
+            && self.visible(&ray)
+        {
+            self.joined.push(joined);
+        }
     }
 
     /// Connection with the camera along the straight line, if that is free: the ray.
     #[inline]
-    fn regular_to_camera(&self, camera: &Camera, j: usize) -> Option<(Joined, Vec2, Ray)> {
+    fn regular_to_camera(&self, camera: &Camera, j: usize) -> Option<(Joined, Ray)> {
         let world = self.world;
         let b = &self.light_vertices[j];
         let seen = camera.connect(b.at.p)?;
@@ -218,7 +249,8 @@ impl Tracer<'_> {
         }
         let light_side = forward * b.partial.at(scattering.pdf_reverse as f64);
         let weight = weight::connection(1.0, 0.0, light_side);
-        Some((Joined::regular(value, weight), seen.raster, Ray::to_point(&b.at, seen.target)))
+        let joined = Joined { raster: seen.raster, ..Joined::regular(value, weight) };
+        Some((joined, Ray::to_point(&b.at, seen.target)))
     }
 
     /// Next-event estimation through glass: manifold next-event estimation (Hanika et al. 2015).
@@ -228,83 +260,78 @@ impl Tracer<'_> {
         light: u32,
         at: Endpoint,
         direct: f64,
-        seen: &Seen,
-    ) -> Option<(Joined, LightVertex)> {
+        attempt: f32,
+    ) -> Option<LightVertex> {
         let world = self.world;
-        if a.segments + seen.segments() > self.max_depth {
-            return None;
+        let mut vertex = None;
+        for chain in &self.chains {
+            let emitted = world.lights.emitted(light, &at, chain.last);
+            let scattering = world.bsdf(a.at.shape).evaluate(&a.at, a.wo, chain.first, TransportMode::Radiance);
+            let radiance = emitted * chain.transmittance * chain.index_ratio as f32;
+            let value = a.beta * scattering.f * a.cos_s(chain.first) * radiance;
+            if !(value.max_element() > 0.0) {
+                continue;
+            }
+            let densities = world.lights.densities(&world.shapes, light, &at, chain.last, a.at.p);
+            let cos_a = f64::from(a.cos_g(chain.first));
+            let cos_b = match &at {
+                Endpoint::Surface(y) => f64::from(y.ng.dot(chain.last).abs()),
+                Endpoint::Point(_) | Endpoint::Infinite(_) => 1.0,
+            };
+            let remainder = if self.camera_only { 0.0 } else { a.partial.at(f64::from(scattering.pdf_reverse)) };
+            let emission =
+                densities.position * densities.direction * chain.probability * chain.etendue_ratio(cos_a, cos_b);
+            let hit = if densities.hittable { f64::from(scattering.pdf) * chain.probability } else { 0.0 };
+            let others = emission * remainder + hit;
+            let joined = Joined::caustic(value / direct as f32, cos_b, direct, others, chain);
+            self.joined.push(Joined { densities: Some(densities), ..joined.attempted(attempt) });
+            vertex = Some(LightVertex { light, at, densities });
         }
-        let chain = self.connect_chain(&Endpoint::Surface(a.at), &at, seen)?;
-        let emitted = world.lights.emitted(light, &at, chain.last);
-        let scattering = world.bsdf(a.at.shape).evaluate(&a.at, a.wo, chain.first, TransportMode::Radiance);
-        let radiance = emitted * chain.transmittance * chain.index_ratio as f32;
-        let value = a.beta * scattering.f * a.cos_s(chain.first) * radiance;
-        if !(value.max_element() > 0.0) {
-            return None;
-        }
-        let densities = world.lights.densities(&world.shapes, light, &at, chain.last, a.at.p);
-        let cos_a = f64::from(a.cos_g(chain.first));
-        let cos_b = match &at {
-            Endpoint::Surface(y) => f64::from(y.ng.dot(chain.last).abs()),
-            Endpoint::Point(_) | Endpoint::Infinite(_) => 1.0,
-        };
-        let remainder = if self.camera_only { 0.0 } else { a.partial.at(f64::from(scattering.pdf_reverse)) };
-        let emission = densities.position * densities.direction * chain.probability * chain.etendue_ratio(cos_a, cos_b);
-        let hit = if densities.hittable { f64::from(scattering.pdf) * chain.probability } else { 0.0 };
-        let joined = Joined::caustic(value / direct as f32, cos_b, direct, emission * remainder + hit, chain);
-        Some((joined, LightVertex { light, at, densities }))
+        vertex
     }
 
     /// Connection of two surface vertices through glass.
-    fn caustic_connect(&mut self, i: usize, j: usize, seen: &Seen) -> Option<Joined> {
+    fn caustic_connect(&mut self, i: usize, j: usize, attempt: f32) {
         let world = self.world;
-        let (a, b) = (self.camera_vertices[i], self.light_vertices[j]);
-        if a.segments + seen.segments() + b.segments > self.max_depth {
-            return None;
+        let (a, b) = (&self.camera_vertices[i], &self.light_vertices[j]);
+        for chain in &self.chains {
+            let at_a = world.bsdf(a.at.shape).evaluate(&a.at, a.wo, chain.first, TransportMode::Radiance);
+            let at_b = world.bsdf(b.at.shape).evaluate(&b.at, b.wo, chain.last, TransportMode::Importance);
+            let geometry = a.cos_s(chain.first) * b.incident_adjoint() * chain.index_ratio as f32;
+            let value = a.beta * at_a.f * chain.transmittance * at_b.f * b.beta * geometry;
+            if !(value.max_element() > 0.0) {
+                continue;
+            }
+            let (cos_a, cos_b) = (f64::from(a.cos_g(chain.first)), f64::from(b.cos_g(chain.last)));
+            let camera_side = f64::from(at_b.pdf)
+                * chain.probability
+                * chain.etendue_ratio(cos_a, cos_b)
+                * a.partial.at(f64::from(at_a.pdf_reverse));
+            let light_side = f64::from(at_a.pdf) * chain.probability * b.partial.at(f64::from(at_b.pdf_reverse));
+            let joined = Joined::caustic(value, cos_b, 1.0, camera_side + light_side, chain);
+            self.joined.push(joined.attempted(attempt));
         }
-        let chain = self.connect_chain(&Endpoint::Surface(a.at), &Endpoint::Surface(b.at), seen)?;
-        let at_a = world.bsdf(a.at.shape).evaluate(&a.at, a.wo, chain.first, TransportMode::Radiance);
-        let at_b = world.bsdf(b.at.shape).evaluate(&b.at, b.wo, chain.last, TransportMode::Importance);
-        let geometry = a.cos_s(chain.first) * b.incident_adjoint() * chain.index_ratio as f32;
-        let value = a.beta * at_a.f * chain.transmittance * at_b.f * b.beta * geometry;
-        if !(value.max_element() > 0.0) {
-            return None;
-        }
-        let (cos_a, cos_b) = (f64::from(a.cos_g(chain.first)), f64::from(b.cos_g(chain.last)));
-        let camera_side = f64::from(at_b.pdf)
-            * chain.probability
-            * chain.etendue_ratio(cos_a, cos_b)
-            * a.partial.at(f64::from(at_a.pdf_reverse));
-        let light_side = f64::from(at_a.pdf) * chain.probability * b.partial.at(f64::from(at_b.pdf_reverse));
-        Some(Joined::caustic(value, cos_b, 1.0, camera_side + light_side, chain))
     }
 
     /// Connection of light vertex `j` with a pinhole through glass.
-    fn caustic_to_camera(
-        &mut self,
-        camera: &Camera,
-        pinhole: Endpoint,
-        j: usize,
-        seen: &Seen,
-    ) -> Option<(Joined, Vec2)> {
+    fn caustic_to_camera(&mut self, camera: &Camera, pinhole: Endpoint, j: usize, attempt: f32) {
         let world = self.world;
-        let b = self.light_vertices[j];
-        if seen.segments() + b.segments > self.max_depth {
-            return None;
+        let b = &self.light_vertices[j];
+        let Endpoint::Point(p) = pinhole else { return };
+        for chain in &self.chains {
+            let Some(seen) = camera.connect(p + chain.first) else { continue };
+            // Per solid angle at the pinhole.
+            let density = camera.density(chain.first, 1.0);
+            let at_b = world.bsdf(b.at.shape).evaluate(&b.at, b.wo, chain.last, TransportMode::Importance);
+            let scale = density as f32 * b.incident_adjoint() * chain.index_ratio as f32;
+            let value = chain.transmittance * at_b.f * b.beta * scale;
+            if !(value.max_element() > 0.0) {
+                continue;
+            }
+            let cos_b = f64::from(b.cos_g(chain.last));
+            let light_side = density * chain.probability * b.partial.at(f64::from(at_b.pdf_reverse));
+            let joined = Joined::caustic(value, cos_b, 1.0, light_side, chain);
+            self.joined.push(Joined { raster: seen.raster, ..joined.attempted(attempt) });
         }
-        let chain = self.connect_chain(&pinhole, &Endpoint::Surface(b.at), seen)?;
-        let Endpoint::Point(p) = pinhole else { return None };
-        let raster = camera.connect(p + chain.first)?.raster;
-        // Per solid angle at the pinhole.
-        let density = camera.density(chain.first, 1.0);
-        let at_b = world.bsdf(b.at.shape).evaluate(&b.at, b.wo, chain.last, TransportMode::Importance);
-        let scale = density as f32 * b.incident_adjoint() * chain.index_ratio as f32;
-        let value = chain.transmittance * at_b.f * b.beta * scale;
-        if !(value.max_element() > 0.0) {
-            return None;
-        }
-        let cos_b = f64::from(b.cos_g(chain.last));
-        let light_side = density * chain.probability * b.partial.at(f64::from(at_b.pdf_reverse));
-        Some((Joined::caustic(value, cos_b, 1.0, light_side, chain), raster))
     }
 }

@@ -4,7 +4,8 @@
 //! routine: then each is a function of the path alone, both subpaths get the same bits for it, and
 //! the weights of all techniques of a path sum to one to f64 precision.
 
-use super::caustic::{CausticOptions, WalkCount};
+use super::caustic::{CausticEdge, CausticOptions, WalkCount};
+use super::connect::Joined;
 use super::edge::{Departure, EdgeEnd, OpenEdge};
 use super::vertex::{EdgeRecord, LightVertex, Vertex};
 use super::weight::{Partial, emitter_hit};
@@ -114,6 +115,10 @@ pub struct Tracer<'w> {
     pub camera_caustics: bool,
     /// Camera subpaths alone: next-event estimation and hits are the only techniques.
     pub camera_only: bool,
+    /// What the last connection was: a path, or one for each chain.
+    pub joined: Vec<Joined>,
+    /// The chains of the last caustic connection.
+    pub(super) chains: Vec<CausticEdge>,
     /// How caustic connections are made.
     pub options: CausticOptions,
     /// Random numbers of roulette on them; of the current sample.
@@ -153,6 +158,8 @@ impl<'w> Tracer<'w> {
             caustics: false,
             camera_caustics: false,
             camera_only: false,
+            joined: Vec::new(),
+            chains: Vec::new(),
             options: CausticOptions::default(),
             roulette: Sampler::new(0, 0, 0, Stream::Caustic),
             brightness: 0.0,

@@ -1,6 +1,7 @@
 //! The command line as typed.
 
 use caustica::intersect::Backend;
+use caustica::manifold::MAX_STARTS;
 use caustica::render::job::Integrator;
 use caustica::transport::caustic::{CausticOptions, Check, GeometryTerm};
 use caustica::transport::roulette::Roulette;
@@ -105,6 +106,9 @@ pub(crate) struct Connections {
     /// Contribution, in multiples of the mean radiance, from which on a connection is always tried
     #[arg(long, value_name = "X", value_parser = positive)]
     pub(crate) roulette_threshold: Option<f64>,
+    /// Walks from one pair of ends behind curved glass: more find more of the paths that join it
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 + MAX_STARTS as i64))]
+    pub(crate) seeds: Option<u32>,
     /// Most steps of a walk
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) walk_iterations: Option<u32>,
@@ -135,6 +139,9 @@ impl Connections {
         }
         if let (Roulette::Contribution(threshold), Some(x)) = (&mut options.roulette, self.roulette_threshold) {
             *threshold = x as f32;
+        }
+        if let Some(n) = self.seeds {
+            options.seeds = n;
         }
         if let Some(n) = self.walk_iterations {
             options.walk.max_iterations = n;
