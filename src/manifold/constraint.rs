@@ -99,7 +99,7 @@ impl<'a> Constraint<'a> {
             Form::Unnormalised => 1.0,
             Form::HalfVector => self.length,
         };
-        x.hypot(y) * h0 / (0.5 * (self.joint.n_i + self.joint.n_o))
+        (x * x + y * y).sqrt() * h0 / (0.5 * (self.joint.n_i + self.joint.n_o))
     }
 
     /// Derivative of `h` from that of `h0`.

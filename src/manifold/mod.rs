@@ -64,13 +64,17 @@ pub struct Probe {
     pub direction: DVec3,
     /// Where it starts, if on an interface.
     pub source: Option<Source>,
+    /// Primitive of the interface that the step before met: near a solution it is met again as a rule.
+    pub hint: u32,
 }
 
 /// The surfaces that refract, as the walk asks for them.
 pub trait Interfaces {
     /// The first crossing, ahead of the ray's start, with one interface, a whole shape: the distance and
     /// the surface there, relative to `a`. Other shapes are ignored. A ray that starts on this interface
-    /// skips its source triangle, or the near side of its source sphere.
+    /// skips its source triangle, or the near side of its source sphere. Where the ray meets the primitive
+    /// of its hint, that crossing may be returned although another comes first: what lies in the way of the
+    /// finished chain is tested anyhow.
     fn meet(&self, interface: u32, probe: &Probe) -> Option<(f64, Differential)>;
 }
 

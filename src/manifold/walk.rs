@@ -159,16 +159,22 @@ struct Path {
 }
 
 impl Path {
-    /// The seed's vertices in a row.
+    /// Room for `len` vertices.
     #[inline]
-    fn through(seed: &Seed, end: End) -> Path {
-        let len = seed.vertices().len();
-        let mut path = Path {
+    fn empty(len: usize) -> Path {
+        Path {
             len,
             vertices: [Differential::FLAT; MAX_CHAIN],
             directions: [DVec3::ZERO; MAX_CHAIN + 1],
             lengths: [0.0; MAX_CHAIN + 1],
-        };
+        }
+    }
+
+    /// The seed's vertices in a row.
+    #[inline]
+    fn through(seed: &Seed, end: End) -> Path {
+        let len = seed.vertices().len();
+        let mut path = Path::empty(len);
         path.vertices[..len].copy_from_slice(seed.vertices());
         let mut from = DVec3::ZERO;
         for (i, vertex) in seed.vertices().iter().enumerate() {
@@ -181,7 +187,8 @@ impl Path {
         path
     }
 
-    /// Refracts the ray that leaves `a` along the unit direction `d` through all interfaces of the seed.
+    /// Refracts the ray that leaves `a` along the unit direction `d` through all interfaces of the seed,
+    /// not far from the vertices `near`.
     #[inline]
     fn refracted(
         interfaces: &impl Interfaces,
@@ -189,15 +196,17 @@ impl Path {
         end: End,
         crossings: &[Crossing],
         d: DVec3,
+        near: &[Differential],
         path: &mut Path,
     ) -> Result<(), Rejection> {
-        let mut probe = Probe { origin: DVec3::ZERO, direction: d, source };
+        let mut probe = Probe { origin: DVec3::ZERO, direction: d, source, hint: 0 };
         for (i, crossing) in crossings.iter().enumerate() {
             if i > 0 {
                 let Crossing { n_i, n_o, .. } = crossings[i - 1];
                 probe.direction =
                     refract(probe.direction, path.vertices[i - 1].ns, n_i, n_o).ok_or(Rejection::TotalReflection)?;
             }
+            probe.hint = near[i].primitive;
             let (t, at) = interfaces.meet(crossing.interface, &probe).ok_or(Rejection::Miss)?;
             path.directions[i] = probe.direction;
             path.lengths[i] = t;
@@ -309,15 +318,14 @@ pub fn walk(
     if crossings.is_empty() {
         return Err(Rejected { reason: Rejection::Empty, iterations: 0 });
     }
-    let mut path = Path::through(seed, end);
-    let mut proposal = path;
+    let (mut path, mut proposal) = (&mut Path::through(seed, end), &mut Path::empty(seed.vertices().len()));
     let mut iterations = 0;
     let mut step = 1.0;
     // Once refracted, all vertices but the last obey the law by construction.
     let mut unproven = 0;
     if let Some(d) = start {
         iterations = 1;
-        Path::refracted(interfaces, source, end, crossings, d, &mut path)
+        Path::refracted(interfaces, source, end, crossings, d, seed.vertices(), path)
             .map_err(|reason| Rejected { reason, iterations })?;
         unproven = path.len - 1;
     }
@@ -325,7 +333,7 @@ pub fn walk(
         let residual = path.residual(crossings, unproven);
         let rejected = |reason| Err(Rejected { reason, iterations });
         if residual <= settings.tolerance {
-            return conclude(&path, crossings, end, iterations, residual)
+            return conclude(path, crossings, end, iterations, residual)
                 .map_err(|reason| Rejected { reason, iterations });
         }
         if iterations >= settings.max_iterations {
@@ -337,7 +345,7 @@ pub fn walk(
         loop {
             iterations += 1;
             let toward = (path.vertices[0].p - full * step).normalize();
-            match Path::refracted(interfaces, source, end, crossings, toward, &mut proposal) {
+            match Path::refracted(interfaces, source, end, crossings, toward, &path.vertices, proposal) {
                 Ok(()) => break,
                 Err(reason) => {
                     step *= 0.5;

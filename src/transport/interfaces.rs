@@ -1,7 +1,7 @@
 //! The scene's refracting shapes, as manifold walks ask for them.
 
 use crate::geometry::{Differential, Ray, Shape, SurfacePoint};
-use crate::manifold::{Interfaces, Probe};
+use crate::manifold::{Interfaces, Probe, Source};
 use crate::scene::World;
 use glam::{DVec3, Vec3};
 use std::cell::Cell;
@@ -44,6 +44,17 @@ impl Interfaces for Refractors<'_> {
                 return sphere.local(self.origin).meet(probe.origin, probe.direction, leaving);
             }
         };
+        let leaves_hint = probe.source == Some(Source { interface, primitive: probe.hint });
+        if !leaves_hint
+            && let facet = mesh.local(probe.hint, self.origin)
+            && let Some((t, u, v)) = facet.crossing(probe.origin, probe.direction)
+            && t > 0.0
+            && u >= 0.0
+            && v >= 0.0
+            && u + v <= 1.0
+        {
+            return Some((t, facet.at(u, v)?));
+        }
         // The tracer finds the triangle in f32; the point on it is then computed in f64.
         let direction = probe.direction.as_vec3();
         let mut ray = match probe.source {
