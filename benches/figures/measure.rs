@@ -24,31 +24,6 @@ impl Method {
 
     /// All that the results compare.
     pub(crate) fn all() -> Vec<Method> {
-        let seeds = |name, seeds| Method {
-            options: CausticOptions { seeds, ..CausticOptions::default() },
-            ..Method::new(name, Integrator::Bdpt, true)
-        };
-        let r = |name, t| Method {
-            options: CausticOptions {
-                roulette: caustica::transport::roulette::Roulette::Contribution(t),
-                ..CausticOptions::default()
-            },
-            ..Method::new(name, Integrator::Bdpt, true)
-        };
-        if std::env::var("QUICK").is_ok() {
-            return vec![
-                Method::new("bdpt", Integrator::Bdpt, false),
-                Method::new("mnee", Integrator::Mnee, true),
-                seeds("seeds1", 1),
-                seeds("seeds2", 2),
-                seeds("seeds3", 3),
-                Method::new("ours", Integrator::Bdpt, true),
-                seeds("seeds6", 6),
-                r("r0.1", 0.1),
-                r("r2", 2.0),
-                r("r8", 8.0),
-            ];
-        }
         vec![
             Method::new("path", Integrator::Path, false),
             Method::new("light", Integrator::Light, false),

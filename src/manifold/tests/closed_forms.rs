@@ -64,10 +64,10 @@ fn one_spherical_interface_on_the_axis() {
     // s_1 = 2 before the vertex of a sphere of radius 1, s_2 = 3 behind it, inside glass without end.
     let solid = [Solid::ball(DVec3::Z * 3.0, 1.0, 1.5)];
     let local = Local { solids: &solid, a: DVec3::ZERO };
-    let (_, at) = local.meet(0, &Probe { origin: DVec3::ZERO, direction: DVec3::Z, source: None }).unwrap();
+    let (_, at) = local.meet(0, &Probe { origin: DVec3::ZERO, direction: DVec3::Z, source: None, hint: 0 }).unwrap();
     let mut seed = Seed::default();
     seed.push(Crossing { interface: 0, inward: true, n_i: 1.0, n_o: 1.5 }, &at).unwrap();
-    let chain = walk(&local, None, End::Point(DVec3::Z * 5.0), &seed, &EXACT).unwrap();
+    let chain = walk(&local, None, End::Point(DVec3::Z * 5.0), &seed, None, &EXACT).unwrap();
     assert!(error(gt(&chain), 0.25) < 1e-14);
     assert!(error(1.0 / chain.reverse_inverse_jacobian(), 1.0 / 9.0) < 1e-14);
     assert!(error(chain.transmittance, 0.96) < 1e-14);

@@ -21,7 +21,7 @@ fn nanoseconds_per_step_of_a_two_interface_walk() {
         let start = Instant::now();
         let mut steps = 0;
         for (a, end, seed) in &walks {
-            let result = walk(&Local { solids: &ball, a: *a }, None, *end, seed, &settings);
+            let result = walk(&Local { solids: &ball, a: *a }, None, *end, seed, None, &settings);
             steps += black_box(result).map_or_else(|r| r.iterations, |c| c.iterations);
         }
         let each = start.elapsed().as_nanos() as f64;

@@ -143,10 +143,10 @@ fn a_ring_caustic_ends_without_nan() {
     let ball = [Solid::ball(DVec3::ZERO, 1.0, 1.5)];
     let local = Local { solids: &ball, a: DVec3::Z * -5.0 };
     let d = DVec3::new(0.12, 0.0, 1.0).normalize();
-    let (_, x_1) = local.meet(0, &Probe { origin: DVec3::ZERO, direction: d, source: None }).unwrap();
+    let (_, x_1) = local.meet(0, &Probe { origin: DVec3::ZERO, direction: d, source: None, hint: 0 }).unwrap();
     let inside = crate::manifold::refraction::refract(d, x_1.ns, 1.0, 1.5).unwrap();
     let source = Some(Source { interface: 0, primitive: 0 });
-    let (_, x_2) = local.meet(0, &Probe { origin: x_1.p, direction: inside, source }).unwrap();
+    let (_, x_2) = local.meet(0, &Probe { origin: x_1.p, direction: inside, source, hint: 0 }).unwrap();
     let out = crate::manifold::refraction::refract(inside, x_2.ns, 1.5, 1.0).unwrap();
     let b = x_2.p + out * (-x_2.p.x / out.x);
     assert!(b.x.abs() < 1e-12 && b.z > x_2.p.z);
@@ -160,7 +160,7 @@ fn a_ring_caustic_ends_without_nan() {
         let mut seed = Seed::default();
         seed.push(Crossing { interface: 0, inward: true, n_i: 1.0, n_o: 1.5 }, &shaken(&x_1, &mut random)).unwrap();
         seed.push(Crossing { interface: 0, inward: false, n_i: 1.5, n_o: 1.0 }, &shaken(&x_2, &mut random)).unwrap();
-        match walk(&local, None, End::Point(b), &seed, &WalkSettings::default()) {
+        match walk(&local, None, End::Point(b), &seed, None, &WalkSettings::default()) {
             Ok(chain) => {
                 assert!(chain.inverse_jacobian.is_finite() && chain.residual <= 1e-8);
                 let lean = chain.first.truncate().length();
@@ -239,10 +239,10 @@ fn an_end_on_the_glass_itself_skips_its_source() {
     let source = Some(Source { interface: 0, primitive: 0 });
     let end = End::Point(DVec3::new(0.2, 0.0, 4.0));
     let d = DVec3::new(0.2, 0.0, 4.0).normalize();
-    let (_, at) = local.meet(0, &Probe { origin: DVec3::ZERO, direction: d, source }).unwrap();
+    let (_, at) = local.meet(0, &Probe { origin: DVec3::ZERO, direction: d, source, hint: 0 }).unwrap();
     let mut seed = Seed::default();
     seed.push(Crossing { interface: 0, inward: false, n_i: 1.5, n_o: 1.0 }, &at).unwrap();
-    let chain = walk(&local, source, end, &seed, &WalkSettings::default()).unwrap();
+    let chain = walk(&local, source, end, &seed, None, &WalkSettings::default()).unwrap();
     assert!(chain.vertices().len() == 1 && (chain.lengths()[0] - 2.0).abs() < 0.1);
     assert_eq!(chain.end_indices(), (1.5, 1.0));
 }
@@ -267,6 +267,7 @@ fn seeds_refuse_long_chains_and_media_that_do_not_fit() {
         seed.push(crossing(1.5, 1.0), &at).unwrap();
     }
     assert_eq!(seed.push(crossing(1.0, 1.5), &at), Err(Rejection::TooLong));
-    let nothing = walk(&Local { solids: &[], a: DVec3::ZERO }, None, End::Point(DVec3::Z), &Seed::default(), &EXACT);
+    let nothing =
+        walk(&Local { solids: &[], a: DVec3::ZERO }, None, End::Point(DVec3::Z), &Seed::default(), None, &EXACT);
     assert_eq!(nothing.unwrap_err().reason, Rejection::Empty);
 }

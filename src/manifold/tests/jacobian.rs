@@ -103,7 +103,7 @@ fn walk_to(solids: &[Solid], a: DVec3, b: DVec3, known: &Chain) -> Chain {
     for (crossing, at) in known.crossings().iter().zip(known.vertices()) {
         seed.push(*crossing, at).unwrap();
     }
-    walk(&Local { solids, a }, None, End::Point(b), &seed, &TIGHT).unwrap()
+    walk(&Local { solids, a }, None, End::Point(b), &seed, None, &TIGHT).unwrap()
 }
 
 /// The same chain from the other end.
@@ -113,7 +113,7 @@ fn reversed(solids: &[Solid], b: DVec3, a: DVec3, chain: &Chain) -> Chain {
         let crossing = Crossing { inward: !c.inward, n_i: c.n_o, n_o: c.n_i, ..*c };
         seed.push(crossing, &Differential { p: at.p + a - b, ..*at }).unwrap();
     }
-    walk(&Local { solids, a: b }, None, End::Point(a - b), &seed, &EXACT).unwrap()
+    walk(&Local { solids, a: b }, None, End::Point(a - b), &seed, None, &EXACT).unwrap()
 }
 
 #[test]

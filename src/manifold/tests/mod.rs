@@ -93,7 +93,7 @@ fn seed(local: &Local, end: End) -> Result<Seed, Rejection> {
     let mut hits = Vec::new();
     for (id, solid) in local.solids.iter().enumerate() {
         let id = id as u32;
-        let mut probe = Probe { origin: DVec3::ZERO, direction, source: None };
+        let mut probe = Probe { origin: DVec3::ZERO, direction, source: None, hint: 0 };
         let mut travelled = 0.0;
         // A ray meets each triangle once; the bound is for soups.
         for _ in 0..64 {
@@ -124,11 +124,11 @@ fn connect(solids: &[Solid], a: DVec3, b: DVec3, settings: &WalkSettings) -> Res
 fn reach(solids: &[Solid], a: DVec3, end: End, settings: &WalkSettings) -> Result<Chain, Rejected> {
     let local = Local { solids, a };
     let seed = seed(&local, end).map_err(|reason| Rejected { reason, iterations: 0 })?;
-    walk(&local, None, end, &seed, settings)
+    walk(&local, None, end, &seed, None, settings)
 }
 
 /// Settings that leave no error beside rounding.
-const EXACT: WalkSettings = WalkSettings { max_iterations: 64, tolerance: 1e-14, min_step: 1e-4 };
+const EXACT: WalkSettings = WalkSettings { max_iterations: 64, tolerance: 1e-14, min_step: 1e-4, careful: 5 };
 
 /// Settings that drive the residual down to what scenes with thin or grazing geometry allow.
 const TIGHT: WalkSettings = WalkSettings { tolerance: 1e-12, ..EXACT };
