@@ -494,7 +494,7 @@ static void render_calls(void) {
     EXPECT(CAUSTICA_OK, caustica_scene_release(device, empty));
     WITH(desc.camera, other, CAUSTICA_ERROR_INVALID_HANDLE, caustica_render(device, &desc, &render));
     desc.camera = camera;
-    WITH(desc.integrator, 5, INVALID, caustica_render(device, &desc, &render));
+    WITH(desc.integrator, 6, INVALID, caustica_render(device, &desc, &render));
     WITH(desc.reserved, 3, INVALID, caustica_render(device, &desc, &render));
     WITH(desc.num_threads, UINT32_MAX, CAUSTICA_ERROR_LIMIT, caustica_render(device, &desc, &render));
     WITH(desc.time_limit_seconds, NAN, INVALID, caustica_render(device, &desc, &render));
