@@ -96,7 +96,7 @@ mutation("rough glass: eta squared", "src/scatter/rough_dielectric.rs",
          "TransportMode::Radiance => n_1,", "TransportMode::Radiance => n_2,",
          ("agreement", "techniques_through_rough"))
 mutation("chain: squared indices in the étendue ratio", "src/transport/edge.rs",
-         "record.etendue_ratio = start * self.kappa * self.cos / (here * end.cos);",
+         "record.etendue_ratio = start * kappa * self.cos / (here * end.cos);",
          "record.etendue_ratio = self.kappa * self.cos / end.cos;",
          ("agreement", "integrators_with_everything_but"))
 
@@ -180,12 +180,16 @@ mutation("roulette: division, path tracer", "src/integrator/path.rs",
 
 # Caustic connections.
 mutation("caustic: check cut to 3 iterations", "src/transport/caustic.rs",
-         "let edge = self.solve(a, b, &seen)?;\n        let same",
-         "let few = self.walks.iterations;\n        let edge = self.solve(a, b, &seen)?;\n"
-         "        if self.walks.iterations - few > 3 {\n            return None;\n        }\n        let same",
+         "_ => (self.options.walk, SAME_CHAIN),",
+         "_ => (WalkSettings { max_iterations: 3, ..self.options.walk }, SAME_CHAIN),",
          ("caustic", "ball"))
 mutation("caustic: no check", "src/transport/caustic.rs",
-         "edge.first.distance(first) < SAME_CHAIN && edge.last.distance(last) < SAME_CHAIN", "false",
+         "edge.leaves_like(first, last, close).then_some(edge)",
+         "(close < 0.0 && edge.leaves_like(first, last, close)).then_some(edge)",
+         ("caustic", "ball"))
+mutation("caustic: the same root from two starts counted twice", "src/transport/caustic.rs",
+         "if !self.chains.iter().any(|known| known.leaves_like(edge.first, edge.last, SAME_CHAIN)) {",
+         "if edge.leaves_like(edge.first, edge.last, SAME_CHAIN) {",
          ("caustic", "ball"))
 mutation("caustic: straight-line geometry in the contribution", "src/transport/caustic.rs",
          "inverse_jacobian: chain.inverse_jacobian,",
@@ -195,11 +199,20 @@ mutation("caustic: eta squared", "src/transport/caustic.rs",
          "(n_a / n_b).powi(2)", "(n_a / n_b).powi(0)",
          ("caustic", "light_in_a_glass_ball"))
 mutation("caustic: depth cap", "src/transport/connect.rs",
-         "if a.segments + seen.segments() > self.max_depth {", "if a.segments > self.max_depth {",
+         "Sight::Refracted(seen) if a.segments + seen.segments() <= self.max_depth => {",
+         "Sight::Refracted(seen) if a.segments <= self.max_depth => {",
          ("caustic", "the_depth_cap"))
 mutation("caustic: chain counted in the camera's own technique", "src/transport/edge.rs",
          "Departure::Camera => None,", "Departure::Camera => Some(Endpoint::Point(edge.origin)),",
          ("weights", "area_light"))
+mutation("caustic: the paper's base case, the camera's technique counted behind glass", "src/transport/edge.rs",
+         "let mut technique = if edge.chain == 0 { 1.0 } else { 0.0 };",
+         "let camera = matches!(edge.departure, Departure::Camera);\n"
+         "        let mut technique = if edge.chain == 0 || camera { 1.0 } else { 0.0 };",
+         ("weights", "area_light"))
+mutation("caustic: roulette without its division", "src/transport/roulette.rs",
+         "return Some(1.0 / probability);", "return Some(1.0);",
+         ("caustic", "slab"))
 
 
 def apply(name):
