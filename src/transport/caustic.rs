@@ -69,6 +69,8 @@ pub struct CausticOptions {
     /// Walks from one pair of ends, the one from the straight segment included; behind flat glass there is
     /// no other. At most `1 +` [`MAX_STARTS`].
     pub seeds: u32,
+    /// Probability with which a connection tries the starts after the first. A check always does.
+    pub further: f32,
     /// Which connections are tried.
     pub roulette: Roulette,
 }
@@ -80,6 +82,7 @@ impl Default for CausticOptions {
             check: Check::Exact,
             walk: WalkSettings::default(),
             seeds: 2,
+            further: 0.25,
             roulette: Roulette::Contribution(0.5),
         }
     }
@@ -94,6 +97,7 @@ impl CausticOptions {
             check: Check::Few,
             walk: WalkSettings::default(),
             seeds: 1,
+            further: 1.0,
             roulette: Roulette::Lengths,
         }
     }
@@ -148,6 +152,8 @@ pub struct CausticEdge {
     pub transmittance: Rgb,
     /// Probability that a random walk chooses the lobes of the chain.
     pub probability: f64,
+    /// Reciprocal of the probability with which the start that led here was tried.
+    pub attempt: f32,
 }
 
 impl CausticEdge {
@@ -393,6 +399,7 @@ impl Tracer<'_> {
             index_ratio,
             transmittance: Rgb::splat(chain.transmittance as f32),
             probability: chain.transmittance,
+            attempt: 1.0,
         };
         for (i, crossing) in crossings.iter().enumerate() {
             let (albedo, probability) = world.bsdf(crossing.interface).delta_refraction()?;
@@ -431,10 +438,15 @@ impl Tracer<'_> {
         let start = self.walks.connections.is_multiple_of(TIMED).then(Instant::now);
         self.chains.clear();
         let settings = self.options.walk;
-        for from in std::iter::once(None).chain(self.starts(a, b, seen).map(Some)) {
-            let Some(edge) = self.solve(a, b, seen, from, &settings) else { continue };
-            if !self.chains.iter().any(|known| known.leaves_like(edge.first, edge.last, SAME_CHAIN)) {
-                self.chains.push(edge);
+        let straight = self.solve(a, b, seen, None, &settings);
+        self.chains.extend(straight);
+        let further = self.options.further;
+        if self.options.seeds > 1 && (further >= 1.0 || self.roulette.next_1d() < further) {
+            for from in self.starts(a, b, seen) {
+                let Some(edge) = self.solve(a, b, seen, Some(from), &settings) else { continue };
+                if !self.chains.iter().any(|known| known.leaves_like(edge.first, edge.last, SAME_CHAIN)) {
+                    self.chains.push(CausticEdge { attempt: 1.0 / further.min(1.0), ..edge });
+                }
             }
         }
         self.walks.nanoseconds[0] += start.map_or(0, |s| TIMED * s.elapsed().as_nanos() as u64);

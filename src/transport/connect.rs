@@ -284,7 +284,7 @@ impl Tracer<'_> {
             let hit = if densities.hittable { f64::from(scattering.pdf) * chain.probability } else { 0.0 };
             let others = emission * remainder + hit;
             let joined = Joined::caustic(value / direct as f32, cos_b, direct, others, chain);
-            self.joined.push(Joined { densities: Some(densities), ..joined.attempted(attempt) });
+            self.joined.push(Joined { densities: Some(densities), ..joined.attempted(attempt * chain.attempt) });
             vertex = Some(LightVertex { light, at, densities });
         }
         vertex
@@ -309,7 +309,7 @@ impl Tracer<'_> {
                 * a.partial.at(f64::from(at_a.pdf_reverse));
             let light_side = f64::from(at_a.pdf) * chain.probability * b.partial.at(f64::from(at_b.pdf_reverse));
             let joined = Joined::caustic(value, cos_b, 1.0, camera_side + light_side, chain);
-            self.joined.push(joined.attempted(attempt));
+            self.joined.push(joined.attempted(attempt * chain.attempt));
         }
     }
 
@@ -331,7 +331,7 @@ impl Tracer<'_> {
             let cos_b = f64::from(b.cos_g(chain.last));
             let light_side = density * chain.probability * b.partial.at(f64::from(at_b.pdf_reverse));
             let joined = Joined::caustic(value, cos_b, 1.0, light_side, chain);
-            self.joined.push(Joined { raster: seen.raster, ..joined.attempted(attempt) });
+            self.joined.push(Joined { raster: seen.raster, ..joined.attempted(attempt * chain.attempt) });
         }
     }
 }

@@ -109,6 +109,9 @@ pub(crate) struct Connections {
     /// Walks from one pair of ends behind curved glass: more find more of the paths that join it
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 + MAX_STARTS as i64))]
     pub(crate) seeds: Option<u32>,
+    /// Probability with which a connection tries the walks after the first
+    #[arg(long, value_name = "P", value_parser = probability)]
+    pub(crate) further: Option<f32>,
     /// Most steps of a walk
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) walk_iterations: Option<u32>,
@@ -142,6 +145,9 @@ impl Connections {
         }
         if let Some(n) = self.seeds {
             options.seeds = n;
+        }
+        if let Some(p) = self.further {
+            options.further = p;
         }
         if let Some(n) = self.walk_iterations {
             options.walk.max_iterations = n;
@@ -301,6 +307,10 @@ fn seconds(text: &str) -> Result<f64, String> {
 
 fn positive(text: &str) -> Result<f64, String> {
     text.parse::<f64>().ok().filter(|x| *x > 0.0 && x.is_finite()).ok_or_else(|| "expected a positive number".into())
+}
+
+fn probability(text: &str) -> Result<f32, String> {
+    text.parse::<f32>().ok().filter(|p| *p > 0.0 && *p <= 1.0).ok_or_else(|| "expected more than 0, at most 1".into())
 }
 
 fn finite(text: &str) -> Result<f32, String> {
