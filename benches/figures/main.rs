@@ -97,15 +97,17 @@ impl Options {
         Subject::open(&folder.join(format!("{}.glb", scene.name)), side, self.threads)
     }
 
+    fn wanted(&self) -> impl Iterator<Item = &'static Scene> {
+        let named = |s: &Scene| self.scenes.is_empty() || self.scenes.iter().any(|name| name == s.name);
+        SCENES.iter().filter(move |s| !self.only_report && named(s))
+    }
+
     fn studied(&self) -> impl Iterator<Item = &'static Scene> {
-        let wanted = |s: &&Scene| self.scenes.is_empty() || self.scenes.iter().any(|name| name == s.name);
-        SCENES.iter().filter(move |s| !self.only_report && !self.only_knobs && wanted(s))
+        self.wanted().filter(|_| !self.only_knobs)
     }
 
     fn varied(&self) -> impl Iterator<Item = &'static Scene> {
-        let wanted = |s: &&Scene| self.scenes.is_empty() || self.scenes.iter().any(|name| name == s.name);
-        let known = |s: &&Scene| knobs::SCENES.contains(&s.name);
-        SCENES.iter().filter(move |s| !self.only_report && !self.no_knobs && known(s) && wanted(s))
+        self.wanted().filter(|s| !self.no_knobs && knobs::SCENES.contains(&s.name))
     }
 
     fn estimate(&self) -> f64 {

@@ -52,7 +52,10 @@ impl Axis {
 pub(crate) fn plot(curves: &[Curve]) -> String {
     let points = || curves.iter().flat_map(|(_, points)| points);
     let panels = ["inside the caustic region", "outside"].into_iter().enumerate();
-    let panels: Vec<_> = panels.filter(|(k, _)| points().any(|(_, e)| e[*k] > 0.0)).collect();
+    let mut panels: Vec<_> = panels.filter(|(k, _)| points().any(|(_, e)| e[*k] > 0.0)).collect();
+    if let [(_, title)] = &mut panels[..] {
+        *title = "the whole picture";
+    }
     let x = Axis::over(points().map(|(t, _)| *t));
     let y = Axis::over(points().flat_map(|(_, e)| *e));
     let end = LEFT + panels.len() as f64 * (WIDTH + BETWEEN);
