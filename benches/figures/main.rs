@@ -36,22 +36,22 @@ const fn scene(name: &'static str, factor: f64, checked: bool) -> Scene {
 const SCENES: [Scene; 18] = [
     scene("figure4a", 0.5, true),
     scene("figure4a_small", 0.6, false),
-    scene("figure4b", 0.5, true),
-    scene("figure4b_small", 0.5, false),
-    scene("figure4c", 0.5, false),
-    scene("figure4c_small", 0.6, false),
-    scene("eye", 0.5, true),
-    scene("eye_small", 0.6, false),
-    scene("water", 0.4, true),
-    scene("water_small", 0.5, false),
-    scene("window", 0.4, true),
-    scene("window_small", 0.5, false),
-    scene("pane_sphere", 0.4, false),
-    scene("glass_sphere", 0.4, false),
-    scene("demo", 0.6, true),
-    scene("lumpy", 0.4, true),
-    scene("water_glass", 0.5, true),
-    scene("cornell", 0.25, true),
+    scene("figure4b", 0.7, true),
+    scene("figure4b_small", 0.7, false),
+    scene("figure4c", 0.6, false),
+    scene("figure4c_small", 0.5, false),
+    scene("eye", 0.4, true),
+    scene("eye_small", 0.5, false),
+    scene("water", 0.6, true),
+    scene("water_small", 0.6, false),
+    scene("window", 0.3, true),
+    scene("window_small", 0.3, false),
+    scene("pane_sphere", 0.3, false),
+    scene("glass_sphere", 0.3, false),
+    scene("demo", 0.5, true),
+    scene("lumpy", 0.7, true),
+    scene("water_glass", 0.3, true),
+    scene("cornell", 0.15, true),
 ];
 
 /// Compares the integrators and writes docs/results.md.
@@ -128,7 +128,9 @@ fn main() {
     }
     let report = Report::new(&options);
     println!("{}", report.provenance());
-    eprintln!("about {:.0} minutes", options.estimate() / 60.0);
+    if !options.only_report {
+        eprintln!("about {:.0} minutes", options.estimate() / 60.0);
+    }
     let start = Instant::now();
     let minutes = || start.elapsed().as_secs_f64() / 60.0;
     for scene in options.studied() {
