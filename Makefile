@@ -1,6 +1,7 @@
 # make demo     build, render scenes/demo.glb, print where the pictures are
 # make test     all tests
 # make bench    rays per second, and the share of a render spent inside Embree
+# make figures  docs/results.md: all integrators on all scenes, about an hour on two cores; see below
 # make install  header, library, CLI, pkg-config and CMake files under PREFIX (and DESTDIR)
 # Each first installs what is missing: scripts/setup.sh.
 
@@ -11,7 +12,7 @@ TARGET  := $(or $(CARGO_TARGET_DIR),target)
 # A Rust that rustup put into the home directory is not always on the PATH.
 export PATH := $(HOME)/.cargo/bin:$(PATH)
 
-.PHONY: setup demo test bench install
+.PHONY: setup demo test bench figures install
 .DEFAULT_GOAL := demo
 
 setup:
@@ -29,6 +30,10 @@ test: setup
 
 bench: setup
 	cargo bench --locked --bench rays
+
+# In pieces: FIGURES='eye water --no-knobs', or FIGURES='demo --only-knobs'; FIGURES=--help lists all options.
+figures: setup
+	cargo bench --locked --bench figures -- $(FIGURES)
 
 install: setup
 	cargo build --release --locked

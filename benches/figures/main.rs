@@ -1,44 +1,148 @@
-//! Error against time of all integrators on the scenes.
+//! docs/results.md: error against time of all integrators on the scenes of this repository.
+//!
+//! Each scene, and each scene's table of options, is a piece of its own under `target/figures`; the
+//! document is put together from the pieces that are there, so that a long run can be made in parts.
 
+mod knobs;
 mod measure;
+mod plot;
+mod report;
+mod strip;
+mod study;
 
-use measure::{Budget, Method, Reference, Subject};
+use clap::Parser;
+use measure::Subject;
+use report::Report;
 use std::path::Path;
+use std::time::Instant;
+
+/// Seed of the renders that are compared; references have their own.
+const SEED: u64 = 1;
+
+/// A scene of the document.
+struct Scene {
+    name: &'static str,
+    /// Of the time budget.
+    factor: f64,
+    /// Whether techniques without walks find all paths, in time that can be waited for.
+    checked: bool,
+}
+
+const fn scene(name: &'static str, factor: f64, checked: bool) -> Scene {
+    Scene { name, factor, checked }
+}
+
+/// In the order of the document.
+const SCENES: [Scene; 18] = [
+    scene("figure4a", 0.5, true),
+    scene("figure4a_small", 0.6, false),
+    scene("figure4b", 0.7, true),
+    scene("figure4b_small", 0.7, false),
+    scene("figure4c", 0.6, false),
+    scene("figure4c_small", 0.5, false),
+    scene("eye", 0.4, true),
+    scene("eye_small", 0.5, false),
+    scene("water", 0.6, true),
+    scene("water_small", 0.6, false),
+    scene("window", 0.3, true),
+    scene("window_small", 0.3, false),
+    scene("pane_sphere", 0.3, false),
+    scene("glass_sphere", 0.3, false),
+    scene("demo", 0.5, true),
+    scene("lumpy", 0.7, true),
+    scene("water_glass", 0.3, true),
+    scene("cornell", 0.15, true),
+];
+
+/// Compares the integrators and writes docs/results.md.
+#[derive(Parser)]
+pub(crate) struct Options {
+    /// Scenes; all if there is none
+    scenes: Vec<String>,
+    /// Seconds of an equal-time render, times the scene's factor
+    #[arg(long, default_value_t = 15.0)]
+    seconds: f64,
+    /// Seconds of a reference, times the scene's factor
+    #[arg(long, default_value_t = 90.0)]
+    reference_seconds: f64,
+    /// Samples per pixel of the equal-sample renders
+    #[arg(long, default_value_t = 16)]
+    samples: u32,
+    /// Samples per pixel of the renders with other options
+    #[arg(long, default_value_t = 64)]
+    knob_samples: u32,
+    /// Columns and rows; a quarter of it for the renders with other options
+    #[arg(long, default_value_t = 256)]
+    side: u32,
+    /// Worker threads
+    #[arg(long, default_value_t = 2)]
+    threads: usize,
+    /// Leave out the tables of options
+    #[arg(long)]
+    no_knobs: bool,
+    /// Make the tables of options only
+    #[arg(long, conflicts_with = "no_knobs")]
+    only_knobs: bool,
+    /// Render nothing, put the document together
+    #[arg(long)]
+    only_report: bool,
+    /// `cargo bench` says so
+    #[arg(long, hide = true)]
+    bench: bool,
+}
+
+impl Options {
+    fn open(&self, scene: &Scene, side: u32) -> Subject {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+        Subject::open(&folder.join(format!("{}.glb", scene.name)), side, self.threads)
+    }
+
+    fn wanted(&self) -> impl Iterator<Item = &'static Scene> {
+        let named = |s: &Scene| self.scenes.is_empty() || self.scenes.iter().any(|name| name == s.name);
+        SCENES.iter().filter(move |s| !self.only_report && named(s))
+    }
+
+    fn studied(&self) -> impl Iterator<Item = &'static Scene> {
+        self.wanted().filter(|_| !self.only_knobs)
+    }
+
+    fn varied(&self) -> impl Iterator<Item = &'static Scene> {
+        self.wanted().filter(|s| !self.no_knobs && knobs::SCENES.contains(&s.name))
+    }
+
+    fn estimate(&self) -> f64 {
+        self.studied().map(|s| study::estimate(s, self)).sum::<f64>()
+            + self.varied().map(|s| knobs::estimate(s, self)).sum::<f64>()
+    }
+}
 
 fn main() {
-    let args: Vec<String> = std::env::args().skip(1).filter(|a| a != "--bench").collect();
-    let number = |name: &str, default: f64| {
-        let at = args.iter().position(|a| a == name);
-        at.and_then(|i| args.get(i + 1)).and_then(|v| v.parse().ok()).unwrap_or(default)
-    };
-    let (seconds, reference_seconds) = (number("--seconds", 5.0), number("--reference-seconds", 60.0));
-    let side = number("--side", 256.0) as u32;
-    let threads = number("--threads", 2.0) as usize;
-    let scenes: Vec<&String> = args.iter().take_while(|a| !a.starts_with("--")).collect();
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
-    for scene in scenes {
-        let subject = Subject::open(&folder.join(format!("{scene}.glb")), side, threads);
-        let all = Method::all();
-        let reference = Reference::new(&subject, &all[5], reference_seconds);
-        println!(
-            "{scene}: region {:.1} %, reference noise {:.1e} / {:.1e}",
-            100.0 * reference.coverage(),
-            reference.noise[0],
-            reference.noise[1]
-        );
-        for method in &all {
-            let output = subject.render(method, Budget::Seconds(seconds), 1, false);
-            let [inside, outside] = reference.errors(&output.image);
-            println!(
-                "  {:6} {:6} spp {:6.1} s  inside {:.2e}  outside {:.2e}  ratio {:.2}  bias {:+.2} %",
-                method.name,
-                output.statistics.samples,
-                output.statistics.render_seconds,
-                inside,
-                outside,
-                inside / outside,
-                100.0 * reference.bias(&output.image)
-            );
-        }
+    // `cargo test --benches` runs this too; only `cargo bench` measures.
+    if !std::env::args().any(|a| a == "--bench") {
+        return;
     }
+    let options = Options::parse();
+    if let Some(name) = options.scenes.iter().find(|name| SCENES.iter().all(|s| s.name != **name)) {
+        eprintln!("no scene '{name}'; there are {}", SCENES.map(|s| s.name).join(", "));
+        std::process::exit(2);
+    }
+    let report = Report::new(&options);
+    println!("{}", report.provenance());
+    if !options.only_report {
+        eprintln!("about {:.0} minutes", options.estimate() / 60.0);
+    }
+    let start = Instant::now();
+    let minutes = || start.elapsed().as_secs_f64() / 60.0;
+    for scene in options.studied() {
+        eprintln!("{}, after {:.1} minutes", scene.name, minutes());
+        study::run(scene, &options, &report);
+        report.assemble();
+    }
+    for scene in options.varied() {
+        eprintln!("options on {}, after {:.1} minutes", scene.name, minutes());
+        knobs::run(scene, &options, &report);
+        report.assemble();
+    }
+    report.assemble();
+    println!("docs/results.md after {:.1} minutes", minutes());
 }

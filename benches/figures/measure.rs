@@ -87,10 +87,12 @@ pub(crate) struct Reference {
     pub(crate) region: Vec<bool>,
     /// Mean square of the relative error of `image`, inside and outside the region.
     pub(crate) noise: [f64; 2],
+    /// Relative error of the mean inside the region, as far as two halves tell.
+    pub(crate) drift: f64,
 }
 
 /// Share of the radiance from which on a pixel belongs to the caustic region.
-const CAUSTIC_SHARE: f32 = 0.2;
+pub(crate) const CAUSTIC_SHARE: f32 = 0.2;
 
 impl Reference {
     /// From two independent renders of half the time each.
@@ -105,14 +107,15 @@ impl Reference {
         let sum = |c: &glam::Vec3| c.element_sum();
         let region: Vec<bool> =
             caustic.iter().zip(&whole).map(|(c, w)| sum(c) > CAUSTIC_SHARE * sum(w) && sum(c) > 0.0).collect();
-        let mut reference = Reference { image, region, noise: [0.0; 2] };
+        let mut reference = Reference { image, region, noise: [0.0; 2], drift: 0.0 };
         // The halves differ by twice the variance of each, that is, four times that of their mean.
-        let middle = Reference { image: b, region: reference.region.clone(), noise: [0.0; 2] };
-        reference.noise = middle.errors(&a).map(|e| e / 4.0);
+        let half = Reference { image: b, region: reference.region.clone(), noise: [0.0; 2], drift: 0.0 };
+        reference.noise = half.errors(&a).map(|e| e / 4.0);
+        reference.drift = 0.5 * half.bias(&a).abs();
         reference
     }
 
-    /// Trimmed relMSE inside and outside the region: relative to the squared reference + 0.01 m², `m` the
+    /// Trimmed relMSE inside and outside the region, NaN where there are no pixels: relative to the squared reference + 0.01 m², `m` the
     /// reference's mean, without the worst 0.1 % of the pixels.
     pub(crate) fn errors(&self, image: &Image) -> [f64; 2] {
         let mean = self.image.pixels.iter().map(|p| p.as_dvec3().element_sum()).sum::<f64>()
@@ -128,7 +131,7 @@ impl Reference {
                 .collect();
             errors.sort_unstable_by(f64::total_cmp);
             let kept = errors.len() - errors.len() / 1000;
-            errors[..kept].iter().sum::<f64>() / kept.max(1) as f64
+            errors[..kept].iter().sum::<f64>() / kept as f64
         })
     }
 
@@ -137,10 +140,16 @@ impl Reference {
         self.region.iter().filter(|r| **r).count() as f64 / self.region.len() as f64
     }
 
+    /// Whether there is a region; without one the whole picture stands for it.
+    pub(crate) fn has_region(&self) -> bool {
+        self.region.contains(&true)
+    }
+
     /// Relative difference of the means inside the region.
     pub(crate) fn bias(&self, image: &Image) -> f64 {
+        let whole = !self.has_region();
         let mean = |image: &Image| {
-            let inside = image.pixels.iter().zip(&self.region).filter(|(_, r)| **r);
+            let inside = image.pixels.iter().zip(&self.region).filter(|(_, r)| whole || **r);
             inside.map(|(p, _)| p.as_dvec3().element_sum()).sum::<f64>()
         };
         mean(image) / mean(&self.image) - 1.0
@@ -155,4 +164,27 @@ fn blurred(image: &Image) -> Vec<glam::Vec3> {
         (-2..=2).flat_map(|dy| (-2..=2).map(move |dx| (dx, dy))).map(|(dx, dy)| at(x + dx, y + dy)).sum::<glam::Vec3>()
     };
     (0..h).flat_map(|y| (0..w).map(move |x| (x, y))).map(|(x, y)| mean(x, y)).collect()
+}
+
+/// The mean of independent values, with its standard error.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Estimate {
+    pub(crate) mean: f64,
+    pub(crate) error: f64,
+}
+
+impl Estimate {
+    pub(crate) fn of(values: &[f64]) -> Estimate {
+        let n = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / n;
+        let squares = values.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>();
+        Estimate { mean, error: (squares / (n * (n - 1.0))).sqrt() }
+    }
+}
+
+/// In percent.
+impl std::fmt::Display for Estimate {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        write!(f, "{:+.2} ± {:.2} %", 100.0 * self.mean, 100.0 * self.error)
+    }
 }
