@@ -8,7 +8,6 @@
 
 mod common;
 
-use caustica::render::Image;
 use caustica::render::job::{Integrator, Settings, Technique, TechniqueImages};
 use common::oracle::{check_integrators, check_paired_blocks, first_seed};
 use common::stats::block_means;

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell.glb");
+const GLASS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/glass_sphere.glb");
 
 fn caustica(args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_caustica")).args(args).output().expect("the program starts")
@@ -48,13 +49,18 @@ fn render(output: &str, more: &[&str]) -> (String, String) {
 /// The numbers in a line of `caustica compare`.
 fn numbers(table: &str, name: &str) -> Vec<f64> {
     let line = table.lines().find(|line| line.starts_with(name)).unwrap_or_else(|| panic!("no {name} in\n{table}"));
-    line[name.len()..].split_whitespace().filter_map(|word| word.parse().ok()).collect()
+    numbers_of(&line[name.len()..])
+}
+
+fn numbers_of(line: &str) -> Vec<f64> {
+    let words = line.split(|c: char| c.is_whitespace() || "(),".contains(c));
+    words.filter_map(|word| word.parse().ok()).collect()
 }
 
 #[test]
 fn help_goes_to_standard_output() {
     let (out, err) = expect(0, &["--help"]);
-    for command in ["render", "info", "compare", "backends"] {
+    for command in ["render", "info", "compare", "pixel", "backends"] {
         assert!(out.contains(command), "{out}");
     }
     assert_eq!(err, "");
@@ -67,7 +73,7 @@ fn help_goes_to_standard_output() {
 
 #[test]
 fn wrong_usage_is_exit_code_2() {
-    let wrong: [&[&str]; 11] = [
+    let wrong: [&[&str]; 12] = [
         &[],
         &["paint"],
         &["render", SCENE],
@@ -79,6 +85,7 @@ fn wrong_usage_is_exit_code_2() {
         &["render", SCENE, "-o", "a.exr", "--exposure", "nan"],
         &["render", SCENE, "-o", "a.exr", "--integrator", "path", "--strategies", "d"],
         &["compare", "a.exr"],
+        &["pixel", SCENE, "0", "0", "--integrator", "path"],
     ];
     for args in wrong {
         let (out, err) = expect(2, args);
@@ -194,7 +201,7 @@ fn compare_writes_the_difference_and_refuses_other_sizes() {
 fn each_technique_becomes_two_images() {
     let folder = Folder::new();
     let strategies = folder.path("techniques");
-    render(&folder.path("a.exr"), &["--strategies", &strategies, "--max-depth", "3"]);
+    let (_, err) = render(&folder.path("a.exr"), &["--strategies", &strategies, "--max-depth", "3"]);
     // With s + t - 1 <= 3 segments: direct view of light, next event, one of each of the others.
     for name in ["s00_t02", "s00_t03", "s01_t02", "s02_t02", "s02_t01"] {
         for suffix in ["", "_unweighted"] {
@@ -203,6 +210,16 @@ fn each_technique_becomes_two_images() {
         }
     }
     assert!(!Path::new(&strategies).join("s03_t02.exr").exists());
+
+    let table = err.split_once("caustica: strategy").unwrap_or_else(|| panic!("no table in\n{err}")).1;
+    let shares: Vec<f64> = table
+        .lines()
+        .skip(1)
+        .map(|line| numbers_of(line)[..].iter().rev().nth(1).copied().expect("two shares"))
+        .collect();
+    assert!((shares.iter().sum::<f64>() - 100.0).abs() < 0.05 * shares.len() as f64, "{table}");
+    let large = table.lines().skip(1).filter(|line| !line.contains("more")).count();
+    assert!(shares[..large].is_sorted_by(|a, b| a >= b), "{table}");
 }
 
 #[test]
@@ -213,6 +230,63 @@ fn info_counts_what_is_in_the_scene() {
     {
         assert!(out.contains(what), "{what} is not in\n{out}");
     }
+}
+
+#[test]
+fn info_says_what_cannot_be_found() {
+    let (out, _) = expect(0, &["info", GLASS]);
+    assert!(out.contains("missing, not noise") && out.contains("never found"), "{out}");
+    assert!(!expect(0, &["info", SCENE]).0.contains("cannot find"));
+}
+
+/// The three numbers after the last `word` of a line, in its next brackets.
+fn rgb_after(line: &str, word: &str) -> [f64; 3] {
+    let (_, rest) = line.rsplit_once(word).unwrap_or_else(|| panic!("no {word} in {line}"));
+    numbers_of(rest)[..3].try_into().expect("three numbers")
+}
+
+#[test]
+fn the_paths_of_a_pixel_add_up_to_its_value() {
+    let folder = Folder::new();
+    let output = folder.path("a.exr");
+    let common = ["--size", "24x24", "--spp", "6", "--seed", "3", "--integrator", "mnee"];
+    expect(0, &[&["render", GLASS, "-o", &output, "--float", "--threads", "1"], &common[..]].concat());
+    let image = caustica::io::image::read(Path::new(&output)).expect("an image");
+    let mut walked = false;
+    for (x, y) in [(12, 12), (10, 14), (12, 20)] {
+        let pixel = image.pixels[y * 24 + x].as_dvec3().to_array();
+        let (x, y) = (x.to_string(), y.to_string());
+        let (out, _) = expect(0, &[&["pixel", GLASS, &x, &y], &common[..]].concat());
+        let line = out.lines().find(|line| line.starts_with("mean")).expect("a mean");
+        let mean = rgb_after(line, "mean");
+        let mut sum = [0.0; 3];
+        for path in out.lines().filter(|line| line.contains("adds")) {
+            sum.iter_mut().zip(rgb_after(path, "adds")).for_each(|(sum, x)| *sum += x / 6.0);
+        }
+        for c in 0..3 {
+            assert!((mean[c] - pixel[c]).abs() <= 1e-5 * pixel[c], "{mean:?} is not {pixel:?}\n{out}");
+            // Each path is printed with five digits.
+            assert!((sum[c] - pixel[c]).abs() <= 1e-4 * pixel[c], "{sum:?} is not {pixel:?}\n{out}");
+        }
+        assert!(out.contains("camera") && out.contains("light"), "{out}");
+        walked |= out.contains("(walked)");
+    }
+    assert!(walked, "no path was walked");
+}
+
+#[test]
+fn the_brightest_paths_come_first() {
+    let args = ["pixel", SCENE, "12", "10", "--size", "24x24", "--spp", "4", "--brightest", "5"];
+    let (out, _) = expect(0, &args);
+    let paths = out.lines().filter(|line| line.contains("adds"));
+    let largest: Vec<f64> = paths.map(|line| rgb_after(line, "adds").into_iter().fold(0.0, f64::max)).collect();
+    assert!(largest.len() == 5 && largest.is_sorted_by(|a, b| a >= b), "{out}");
+}
+
+#[test]
+fn a_pixel_outside_the_picture_is_named_with_the_size() {
+    let (out, err) = expect(1, &["pixel", SCENE, "24", "3", "--size", "24x16"]);
+    assert!(out.is_empty() && err.contains("(24, 3)") && err.contains("24x16"), "{err}");
 }
 
 #[cfg(feature = "embree")]

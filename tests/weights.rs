@@ -78,6 +78,7 @@ impl FullPath<'_> {
                             etendue_ratio: chain.etendue_ratio(cos_a, cos_b),
                             technique: chain.inverse_jacobian / cos_b,
                             departure: chain.first,
+                            ..EdgeRecord::default()
                         };
                         (record, chain.first, chain.last)
                     }

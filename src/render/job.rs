@@ -10,7 +10,6 @@ use crate::pool;
 use crate::scene::World;
 use crate::transport::Tracer;
 use crate::transport::caustic::{CausticOptions, Check, GeometryTerm, WalkCount};
-use crate::transport::roulette::Roulette;
 use glam::Vec2;
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -230,7 +229,11 @@ pub enum RenderError {
 }
 
 impl RenderError {
-    fn setting<T>(setting: &'static str, value: impl ToString, expected: impl Into<String>) -> Result<T, RenderError> {
+    pub(super) fn setting<T>(
+        setting: &'static str,
+        value: impl ToString,
+        expected: impl Into<String>,
+    ) -> Result<T, RenderError> {
         Err(RenderError::Setting { setting, value: value.to_string(), expected: expected.into() })
     }
 }
@@ -241,7 +244,7 @@ pub const LARGEST_SIDE: u32 = 1 << 16;
 /// Longest path, in segments.
 pub const LARGEST_DEPTH: u32 = 1024;
 
-fn validate(world: &World, settings: &Settings) -> Result<(), RenderError> {
+pub(super) fn validate(world: &World, settings: &Settings) -> Result<(), RenderError> {
     for (setting, value, high) in [
         ("width", settings.width, LARGEST_SIDE),
         ("height", settings.height, LARGEST_SIDE),
@@ -302,7 +305,7 @@ impl Observer for Sorter<'_> {
     }
 }
 
-fn connects_through_glass(world: &World, settings: &Settings) -> bool {
+pub(super) fn connects_through_glass(world: &World, settings: &Settings) -> bool {
     world.requirements.caustics
         && match settings.integrator {
             Integrator::Path | Integrator::Light => false,
@@ -311,7 +314,15 @@ fn connects_through_glass(world: &World, settings: &Settings) -> bool {
         }
 }
 
-fn tracer<'w>(world: &'w World, view: &View, settings: &Settings) -> Tracer<'w> {
+/// The camera of a validated request.
+pub(super) fn view(world: &World, settings: &Settings) -> View {
+    let camera = Camera::new(&world.cameras[settings.camera], settings.width, settings.height);
+    let center = camera.generate(Vec2::new(settings.width as f32, settings.height as f32) / 2.0).0;
+    View { medium: world.medium_at(center), camera, width: settings.width, height: settings.height }
+}
+
+/// A worker's tracer; `brightness` is that of the pilot.
+pub(super) fn tracer<'w>(world: &'w World, view: &View, settings: &Settings, brightness: f32) -> Tracer<'w> {
     let mut tracer = Tracer::new(world, settings.max_depth);
     tracer.camera_only = settings.integrator == Integrator::Mnee;
     tracer.caustics = connects_through_glass(world, settings);
@@ -322,11 +333,12 @@ fn tracer<'w>(world: &'w World, view: &View, settings: &Settings) -> Tracer<'w> 
         && world.requirements.delta_lights
         && matches!(view.camera.endpoint(), Endpoint::Point(_));
     tracer.options = settings.caustic_options;
+    tracer.brightness = brightness;
     tracer
 }
 
 /// One sample of a technique-wise integrator.
-fn estimate<O: Observer>(
+pub(super) fn estimate<O: Observer>(
     tracer: &mut Tracer,
     view: &View,
     settings: &Settings,
@@ -355,23 +367,15 @@ pub fn render(
     validate(world, settings)?;
     let start = Instant::now();
     let threads = pool::thread_count(settings.threads);
-    let camera = Camera::new(&world.cameras[settings.camera], settings.width, settings.height);
-    let center = camera.generate(Vec2::new(settings.width as f32, settings.height as f32) / 2.0).0;
-    let view = View { medium: world.medium_at(center), camera, width: settings.width, height: settings.height };
+    let view = view(world, settings);
     let passes = Passes::new(settings)?;
     let rays = AtomicU64::new(0);
     let last_report = Mutex::new(start);
     progress(Progress { fraction: 0.0, samples: 0, rays: 0, elapsed: start.elapsed(), noise: f32::NAN });
 
-    let brightness = match settings.caustic_options.roulette {
-        Roulette::Contribution(_) if connects_through_glass(world, settings) => {
-            pilot::brightness(&mut tracer(world, &view, settings), &view, settings, cancel)
-        }
-        _ => 0.0,
-    };
+    let brightness = pilot::brightness(world, &view, settings, cancel);
     let work = |_worker: usize| {
-        let mut tracer = tracer(world, &view, settings);
-        tracer.brightness = brightness;
+        let mut tracer = tracer(world, &view, settings, brightness);
         let mut sample = Sample::default();
         let stop = || cancel.is_cancelled();
         while let Some(mut tile) = passes.next_tile(&stop) {

@@ -6,5 +6,6 @@ pub mod image;
 pub mod job;
 pub mod passes;
 mod pilot;
+pub mod pixel;
 
 pub use image::Image;

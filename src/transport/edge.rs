@@ -80,6 +80,8 @@ impl OpenEdge {
     ) -> (f64, f64, EdgeRecord) {
         let mut record = EdgeRecord {
             chain: self.chain,
+            shapes: self.shapes,
+            refracted: self.refracted,
             chain_probability: self.probability,
             etendue_ratio: 0.0,
             technique: 1.0,

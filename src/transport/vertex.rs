@@ -4,6 +4,7 @@ use super::weight::Partial;
 use crate::camera::Endpoint;
 use crate::emitter::LightDensities;
 use crate::geometry::SurfacePoint;
+use crate::manifold::MAX_CHAIN;
 use crate::math::Rgb;
 use crate::scene::World;
 use crate::scene::world::MediumId;
@@ -68,6 +69,10 @@ impl Vertex {
 pub struct EdgeRecord {
     /// Non-connectable vertices in between.
     pub chain: u32,
+    /// Their shapes in the order of the subpath, as far as they fit.
+    pub shapes: [u32; MAX_CHAIN],
+    /// Whether all of them refract.
+    pub refracted: bool,
     /// Product of the discrete probabilities with which a walk chooses the chain's lobes.
     pub chain_probability: f64,
     /// The chain's reverse Jacobian over its forward one: `n_a² kappa cos_a / (n_b² cos_b)` with `a` the

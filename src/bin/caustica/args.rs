@@ -1,10 +1,13 @@
 //! The command line as typed.
 
+use crate::{Failure, scene};
 use caustica::intersect::Backend;
 use caustica::manifold::MAX_STARTS;
-use caustica::render::job::Integrator;
+use caustica::render::job::{Integrator, Settings};
+use caustica::scene::description::Camera;
 use caustica::transport::caustic::{CausticOptions, Check, GeometryTerm};
 use caustica::transport::roulette::Roulette;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
@@ -24,6 +27,8 @@ pub(crate) enum Command {
     Info(Info),
     /// Measure how an image differs from a reference
     Compare(Compare),
+    /// Print the paths of one pixel of a render
+    Pixel(Pixel),
     /// Hold the two ray tracers against each other: speed, hits, images
     Backends(Backends),
 }
@@ -38,33 +43,17 @@ pub(crate) struct Render {
     /// Estimator of the image
     #[arg(long, value_enum, default_value_t = IntegratorName::Bdpt)]
     pub(crate) integrator: IntegratorName,
-    /// Whether bdpt connects through glass by manifold walks
-    #[arg(long, value_enum, default_value_t = Switch::On)]
-    pub(crate) caustics: Switch,
     /// Samples per pixel; with --time and without --spp, as many as fit [default: 64]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) spp: Option<u32>,
     /// Stop after the pass that is running at this time
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub(crate) time: Option<f64>,
-    /// Longest path in segments; 1 is light seen directly
-    #[arg(long, value_name = "N", default_value_t = 12, value_parser = clap::value_parser!(u32).range(1..))]
-    pub(crate) max_depth: u32,
-    /// Image size in pixels
-    #[arg(long, value_name = "WxH", default_value = "512x512", value_parser = size)]
-    pub(crate) size: (u32, u32),
-    /// Which of the scene's cameras [default: the first]
-    #[arg(long, value_name = "NAME|INDEX")]
-    pub(crate) camera: Option<String>,
-    /// Ray tracer [default: embree where it is built in]
-    #[arg(long, value_enum)]
-    pub(crate) backend: Option<BackendName>,
+    #[command(flatten)]
+    pub(crate) picture: Picture,
     /// Worker threads; 0 for as many as the process may use
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(crate) threads: usize,
-    /// Selects the random numbers
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub(crate) seed: u64,
     /// Multiplies 8-bit images by 2^STOPS; EXR and HDR keep radiance as it is
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]
     pub(crate) exposure: f32,
@@ -81,11 +70,78 @@ pub(crate) struct Render {
     /// Leave out all light but caustics
     #[arg(long)]
     pub(crate) caustics_only: bool,
-    #[command(flatten, next_help_heading = "How connections through glass are made")]
-    pub(crate) connections: Connections,
     /// Print errors only
     #[arg(short, long)]
     pub(crate) quiet: bool,
+}
+
+/// What the samples of a picture depend on, beside the integrator.
+#[derive(Debug, Args)]
+pub(crate) struct Picture {
+    /// Whether bdpt connects through glass by manifold walks
+    #[arg(long, value_enum, default_value_t = Switch::On)]
+    pub(crate) caustics: Switch,
+    /// Longest path in segments; 1 is light seen directly
+    #[arg(long, value_name = "N", default_value_t = 12, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) max_depth: u32,
+    /// Image size in pixels
+    #[arg(long, value_name = "WxH", default_value = "512x512", value_parser = size)]
+    pub(crate) size: (u32, u32),
+    /// Which of the scene's cameras [default: the first]
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub(crate) camera: Option<String>,
+    /// Ray tracer [default: embree where it is built in]
+    #[arg(long, value_enum)]
+    pub(crate) backend: Option<BackendName>,
+    /// Selects the random numbers
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(crate) seed: u64,
+    #[command(flatten, next_help_heading = "How connections through glass are made")]
+    pub(crate) connections: Connections,
+}
+
+impl Picture {
+    pub(crate) fn backend(&self) -> Backend {
+        self.backend.map_or_else(Backend::default, Into::into)
+    }
+
+    /// The settings that these say; the others are the library's.
+    pub(crate) fn settings(&self, cameras: &[Camera]) -> Result<Settings, Failure> {
+        Ok(Settings {
+            width: self.size.0,
+            height: self.size.1,
+            camera: scene::camera(cameras, self.camera.as_deref())?,
+            max_depth: self.max_depth,
+            seed: self.seed,
+            caustics: self.caustics == Switch::On,
+            caustic_options: self.connections.options(),
+            ..Settings::default()
+        })
+    }
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Pixel {
+    /// glTF 2.0 file (.gltf or .glb)
+    pub(crate) scene: PathBuf,
+    /// Column, from 0
+    pub(crate) x: u32,
+    /// Row, from 0 at the top
+    pub(crate) y: u32,
+    /// Estimator of the image
+    #[arg(long, default_value = "bdpt", value_parser = with_strategies())]
+    pub(crate) integrator: IntegratorName,
+    /// Samples to show
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) spp: u32,
+    /// Number of the first
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(crate) first_sample: u32,
+    /// Print only the N paths of all samples that add most
+    #[arg(long, value_name = "N")]
+    pub(crate) brightest: Option<usize>,
+    #[command(flatten)]
+    pub(crate) picture: Picture,
 }
 
 /// The defaults are the library's.
@@ -156,13 +212,6 @@ impl Connections {
             options.walk.tolerance = angle;
         }
         options
-    }
-}
-
-impl Render {
-    /// How connections through glass are made.
-    pub(crate) fn caustic_options(&self) -> CausticOptions {
-        self.connections.options()
     }
 }
 
@@ -284,6 +333,13 @@ pub(crate) enum ImageIoName {
     Auto,
     /// Everything by OpenImageIO
     Oiio,
+}
+
+/// The integrators that tell the strategies (s, t) of their paths.
+fn with_strategies() -> impl TypedValueParser<Value = IntegratorName> {
+    let all = IntegratorName::value_variants().iter().filter(|name| **name != IntegratorName::Path);
+    let names: Vec<_> = all.filter_map(ValueEnum::to_possible_value).collect();
+    PossibleValuesParser::new(names).try_map(|name| IntegratorName::from_str(&name, false))
 }
 
 /// `640x480`.

@@ -2,9 +2,11 @@
 
 use crate::args::Info;
 use crate::{Failure, console, scene, units};
+use caustica::manifold::MAX_CHAIN;
 use caustica::math::Rgb;
-use caustica::scene::CommitOptions;
 use caustica::scene::description::{Camera, Description, Geometry, LightKind, Material, Projection, Scattering};
+use caustica::scene::{CommitOptions, World};
+use caustica::transport::caustic::CausticOptions;
 use glam::DVec3;
 use std::fmt::Write;
 
@@ -21,10 +23,40 @@ pub(crate) fn run(args: &Info) -> Result<(), Failure> {
         writeln!(text, "    {warning}")?;
     }
     if let Ok(world) = &world {
+        let limits = limits(world);
+        if !limits.is_empty() {
+            writeln!(text, "  what it cannot find")?;
+        }
+        for limit in limits {
+            writeln!(text, "    {limit}")?;
+        }
         writeln!(text, "  hash         {:016x}", world.hash())?;
     }
     console::print(&text)?;
     world.map(drop)
+}
+
+/// Light that no strategy, or none but the walks, can bring.
+fn limits(world: &World) -> Vec<String> {
+    let mut limits = Vec::new();
+    if !world.requirements.delta_lights {
+        return limits;
+    }
+    if world.requirements.caustics {
+        limits.push(format!(
+            "delta lights and smooth glass: a path that crosses glass on every leg from lamp to eye is found by walks \
+             alone, at most {} of those that join the ends of a leg (render --seeds), each through the surfaces on the \
+             straight line; the rest is missing, not noise",
+            CausticOptions::default().seeds
+        ));
+    }
+    if world.shape_material.iter().any(|&material| world.bsdfs[material as usize].has_delta()) {
+        limits.push(format!(
+            "delta lights and smooth surfaces: a path that a mirror, an internal reflection, a thin pane or more than \
+             {MAX_CHAIN} surfaces interrupt on every leg is never found"
+        ));
+    }
+    limits
 }
 
 /// Names are printed quoted and escaped: they come from the file.

@@ -8,10 +8,12 @@ mod backends;
 mod compare;
 mod console;
 mod info;
+mod pixel;
 mod progress;
 mod render;
 mod scene;
 mod units;
+mod walks;
 
 use args::{Cli, Command};
 use clap::Parser;
@@ -25,6 +27,7 @@ fn main() -> ExitCode {
         Command::Render(args) => render::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Compare(args) => compare::run(&args),
+        Command::Pixel(args) => pixel::run(&args),
         Command::Backends(args) => backends::run(&args),
     };
     match done {

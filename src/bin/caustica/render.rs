@@ -1,16 +1,17 @@
 //! `caustica render`.
 
-use crate::args::{Cli, ImageIoName, Render, Switch};
+use crate::args::{Cli, ImageIoName, Render};
 use crate::console::Console;
 use crate::progress::{self, Meter};
-use crate::{Failure, scene, units};
+use crate::{Failure, scene, units, walks};
 use caustica::io::image::{self, ImageIo, Metadata, WriteOptions};
+use caustica::math::luminance;
 use caustica::render::Image;
-use caustica::render::job::{self, Cancel, Integrator, Output, Settings, Statistics, Technique};
+use caustica::render::job::{self, Cancel, Integrator, Output, Settings, Statistics, Technique, TechniqueImages};
 use caustica::scene::{CommitOptions, World};
-use caustica::transport::caustic::REASONS;
 use clap::CommandFactory;
 use clap::error::ErrorKind;
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Duration;
 
@@ -26,23 +27,16 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         image::check_writable(path, &options(args))?;
     }
 
-    let commit =
-        CommitOptions { backend: args.backend.map_or_else(Default::default, Into::into), threads: args.threads };
+    let commit = CommitOptions { backend: args.picture.backend(), threads: args.threads };
     let (description, world) = scene::open(&args.scene, commit, console)?;
     let settings = Settings {
         integrator,
-        width: args.size.0,
-        height: args.size.1,
-        camera: scene::camera(&description.cameras, args.camera.as_deref())?,
         samples: samples(args),
         time_limit: args.time.map(Duration::from_secs_f64),
-        max_depth: args.max_depth,
-        seed: args.seed,
         threads: args.threads,
         per_technique: args.strategies.is_some(),
-        caustics: args.caustics == Switch::On,
         caustics_only: args.caustics_only,
-        caustic_options: args.caustic_options(),
+        ..args.picture.settings(&description.cameras)?
     };
     if let Some(dir) = &args.strategies {
         std::fs::create_dir_all(dir).map_err(|e| format!("{}: {e}", dir.display()))?;
@@ -67,6 +61,9 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         }
         let files = 3 * output.techniques.len();
         console.note(&format!("wrote {files} images of strategies to {}", dir.display()));
+        for line in shares(&output.techniques) {
+            console.note(&line);
+        }
     }
     Ok(())
 }
@@ -143,45 +140,41 @@ fn walks(s: &Statistics, console: Console) {
     if walks.total() == 0 {
         return;
     }
-    let percent = |part: u64, whole: u64| part as f64 / whole.max(1) as f64 * 100.0;
+    for line in walks::lines(&walks, s.walk_rays) {
+        console.note(&line);
+    }
     // Of all threads' time.
     let share = |ns: u64| ns as f64 * 1e-7 / (s.render_seconds * f64::from(s.threads)).max(1e-9);
     console.note(&format!(
-        "{} manifold walks to connect ({} spared), {:.0} % of them found a chain, {:.0} % of the time; {} to check \
-         sampled chains, {:.0} % confirmed, {:.0} % of the time",
-        walks.connections,
-        walks.spared,
-        percent(walks.connected, walks.connections),
+        "walks took {:.0} % of the time to connect, {:.0} % to check; {:.2} microseconds an iteration",
         share(walks.nanoseconds[0]),
-        walks.checks,
-        percent(walks.confirmed, walks.checks),
         share(walks.nanoseconds[1]),
-    ));
-    let classes = |counts: &[u64]| {
-        let used = counts.iter().rposition(|&n| n > 0).map_or(0, |last| last + 1);
-        let class = |(k, n): (usize, &u64)| format!("{}+: {:.0} %", 1 << k, percent(*n, walks.total()));
-        counts[..used].iter().enumerate().map(class).collect::<Vec<_>>().join(", ")
-    };
-    console.note(&format!(
-        "{:.1} iterations a walk; converged after {}; given up after {}",
-        walks.iterations as f64 / walks.total() as f64,
-        classes(&walks.steps[0]),
-        classes(&walks.steps[1])
-    ));
-    console.note(&format!(
-        "{:.2} rays an iteration, {:.2} microseconds",
-        s.walk_rays as f64 / walks.iterations.max(1) as f64,
         walks.nanoseconds.iter().sum::<u64>() as f64 * 1e-3 / walks.iterations.max(1) as f64
     ));
-    let reasons = REASONS.iter().zip(walks.rejected).filter(|(_, n)| *n > 0);
-    let mut rejected: Vec<String> =
-        reasons.map(|(reason, n)| format!("{reason} {:.0} %", percent(n, walks.total()))).collect();
-    if walks.occluded > 0 {
-        rejected.push(format!("something in the way {:.0} %", percent(walks.occluded, walks.total())));
+}
+
+/// Below this share in percent of both columns, strategies are summed up.
+const SMALL_SHARE: f64 = 0.1;
+
+/// What each strategy adds to the picture and to its caustics, in percent of the luminance.
+fn shares(techniques: &BTreeMap<Technique, TechniqueImages>) -> Vec<String> {
+    let energy = |image: &Image| image.pixels.iter().map(|&p| f64::from(luminance(p))).sum::<f64>();
+    let energies: Vec<_> =
+        techniques.iter().map(|(&technique, i)| (technique, [energy(&i.weighted), energy(&i.caustic)])).collect();
+    let total = energies.iter().fold([0.0; 2], |sum, (_, e)| [sum[0] + e[0], sum[1] + e[1]]);
+    let percent = |e: [f64; 2]| [0, 1].map(|i| if total[i] > 0.0 { 100.0 * e[i] / total[i] } else { 0.0 });
+    let shares = energies.into_iter().map(|(technique, e)| (technique, percent(e)));
+    let (mut large, small): (Vec<_>, Vec<_>) = shares.partition(|(_, p)| p[0].max(p[1]) >= SMALL_SHARE);
+    large.sort_by(|a, b| b.1[0].total_cmp(&a.1[0]));
+
+    let line = |name: &str, [all, caustics]: [f64; 2]| format!("{name:<12} {all:>9.1} % {caustics:>9.1} %");
+    let mut lines = vec![format!("{:<12} {:>11} {:>11}", "strategy", "all light", "caustics")];
+    lines.extend(large.iter().map(|((s, t), p)| line(&format!("s {s:>2}  t {t:>2}"), *p)));
+    if !small.is_empty() {
+        let rest = small.iter().fold([0.0; 2], |sum, (_, p)| [sum[0] + p[0], sum[1] + p[1]]);
+        lines.push(line(&format!("{} more", small.len()), rest));
     }
-    if !rejected.is_empty() {
-        console.note(&format!("walks without a chain: {}", rejected.join(", ")));
-    }
+    lines
 }
 
 fn write(
@@ -222,10 +215,10 @@ mod tests {
     fn defaults_are_those_of_the_library() {
         let (args, library) = (parsed(&[]), Settings::default());
         assert_eq!(Integrator::from(args.integrator), library.integrator);
-        assert_eq!(args.size, (library.width, library.height));
+        assert_eq!(args.picture.size, (library.width, library.height));
         assert_eq!(samples(&args), library.samples);
-        assert_eq!(args.max_depth, library.max_depth);
-        assert_eq!((args.seed, args.threads), (library.seed, library.threads));
+        assert_eq!(args.picture.max_depth, library.max_depth);
+        assert_eq!((args.picture.seed, args.threads), (library.seed, library.threads));
         assert_eq!(options(&args), WriteOptions::default());
     }
 

@@ -1,0 +1,52 @@
+//! Single samples of a render, for looking at their paths.
+
+use super::job::{self, Cancel, Integrator, RenderError, Settings};
+use super::pilot;
+use crate::integrator::bdpt::View;
+use crate::integrator::{Observer, Sample};
+use crate::scene::World;
+use crate::transport::Tracer;
+use crate::transport::caustic::WalkCount;
+
+/// Draws samples as [`job::render`] with the same settings draws them, bit for bit.
+pub struct Probe<'w> {
+    tracer: Tracer<'w>,
+    view: View,
+    settings: Settings,
+}
+
+impl<'w> Probe<'w> {
+    /// For all integrators but the path tracer, which shows no paths.
+    pub fn new(world: &'w World, settings: &Settings) -> Result<Probe<'w>, RenderError> {
+        job::validate(world, settings)?;
+        if settings.integrator == Integrator::Path {
+            return RenderError::setting("integrator", "path", "one of light, mnee and bdpt was expected");
+        }
+        let view = job::view(world, settings);
+        let brightness = pilot::brightness(world, &view, settings, &Cancel::default());
+        let tracer = job::tracer(world, &view, settings, brightness);
+        Ok(Probe { tracer, view, settings: settings.clone() })
+    }
+
+    /// One sample of the pixel in column `x` and row `y`; `observer` is shown its paths.
+    pub fn trace<O: Observer>(&mut self, x: u32, y: u32, index: u32, observer: &mut O) -> Result<Sample, RenderError> {
+        let Settings { width, height, .. } = self.settings;
+        if x >= width || y >= height {
+            let expected = format!("the picture has {width}x{height} pixels, the first is (0, 0)");
+            return RenderError::setting("pixel", format!("({x}, {y})"), expected);
+        }
+        let mut sample = Sample::default();
+        job::estimate(&mut self.tracer, &self.view, &self.settings, y * width + x, index, &mut sample, observer);
+        Ok(sample)
+    }
+
+    /// The camera.
+    pub fn view(&self) -> &View {
+        &self.view
+    }
+
+    /// Manifold walks of the samples so far, and the rays that they took.
+    pub fn walks(&self) -> (&WalkCount, u64) {
+        (&self.tracer.walks, self.tracer.rays.walk)
+    }
+}
