@@ -5,6 +5,7 @@
 #   tests/break_it.sh NAME...      some of them
 #   tests/break_it.sh --all NAME...  all oracles on each, and which tests fail (for docs/testing.md)
 #   tests/break_it.sh --list       their names
+#   tests/break_it.sh --table      their names and tests, as docs/testing.md has them
 #   tests/break_it.sh --check      only that each mutation still applies
 #
 # Takes a minute or two for each; not part of the normal test run. Works on the tree it stands in,
@@ -204,7 +205,7 @@ mutation("caustic: depth cap", "src/transport/connect.rs",
          ("caustic", "the_depth_cap"))
 mutation("caustic: chain counted in the camera's own technique", "src/transport/edge.rs",
          "Departure::Camera => None,", "Departure::Camera => Some(Endpoint::Point(edge.origin)),",
-         ("weights", "area_light"))
+         ("caustic", "camera_in_glass"))
 mutation("caustic: the paper's base case, the camera's technique counted behind glass", "src/transport/edge.rs",
          "let mut technique = if edge.chain == 0 { 1.0 } else { 0.0 };",
          "let camera = matches!(edge.departure, Departure::Camera);\n"
@@ -245,6 +246,11 @@ def main():
         return print("\n".join(MUTATIONS))
     for name in MUTATIONS:
         apply(name)
+    if arguments == ["--table"]:
+        print("| change | noticed by |\n|---|---|")
+        for name, (_, _, _, tests) in MUTATIONS.items():
+            print(f"| {name} | {', '.join(f'`{target}` {filter}'.strip() for target, filter in tests)} |")
+        return
     if arguments == ["--check"]:
         return print(f"{len(MUTATIONS)} mutations apply")
     if subprocess.run(["git", "status", "--porcelain", "--untracked-files=no"], cwd=ROOT, check=True,

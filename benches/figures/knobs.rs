@@ -35,6 +35,9 @@ fn variations() -> Vec<(String, CausticOptions)> {
     for n in [1, 2, 3, 6] {
         vary(format!("seeds {n}"), &|o| o.seeds = n);
     }
+    for p in [0.25, 1.0] {
+        vary(format!("further starts with probability {p}"), &|o| o.further = p);
+    }
     for n in [8, 16, 32, 64] {
         vary(format!("at most {n} iterations"), &|o| o.walk.max_iterations = n);
     }

@@ -70,7 +70,7 @@ impl Report {
     }
 
     pub(crate) fn picture(&self, scene: &str, picture: &Image) {
-        let path = self.docs.join("results").join(format!("{scene}.png"));
+        let path = self.docs.join("results").join(format!("{scene}.jpg"));
         image::write(&path, picture, &Metadata::default(), &WriteOptions::default()).unwrap_or_else(|e| panic!("{e}"));
     }
 

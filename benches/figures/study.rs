@@ -96,7 +96,7 @@ pub(crate) fn run(scene: &Scene, options: &Options, report: &Report) {
     report.plot(scene.name, &plot::plot(&curves));
     let mut body = format!("{}\n\n", about(&reference, &checks, seconds, options));
     let order = rows.iter().map(|row| row.method.name).collect::<Vec<_>>().join(", ");
-    _ = writeln!(body, "![{}](results/{}.png)\n", scene.name, scene.name);
+    _ = writeln!(body, "![{}](results/{}.jpg)\n", scene.name, scene.name);
     _ = writeln!(body, "In rows, from the left: {order}, the reference, the caustic region.\n");
     _ = writeln!(body, "![relMSE over time](results/{}.svg)\n", scene.name);
     table(&mut body, &rows);
