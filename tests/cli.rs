@@ -268,7 +268,6 @@ fn the_paths_of_a_pixel_add_up_to_its_value() {
             // Each path is printed with five digits.
             assert!((sum[c] - pixel[c]).abs() <= 1e-4 * pixel[c], "{sum:?} is not {pixel:?}\n{out}");
         }
-        assert!(out.contains("camera") && out.contains("light"), "{out}");
         walked |= out.contains("(walked)");
     }
     assert!(walked, "no path was walked");

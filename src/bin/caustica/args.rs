@@ -49,8 +49,6 @@ pub(crate) struct Render {
     /// Stop after the pass that is running at this time
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub(crate) time: Option<f64>,
-    #[command(flatten)]
-    pub(crate) picture: Picture,
     /// Worker threads; 0 for as many as the process may use
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(crate) threads: usize,
@@ -73,6 +71,8 @@ pub(crate) struct Render {
     /// Print errors only
     #[arg(short, long)]
     pub(crate) quiet: bool,
+    #[command(flatten)]
+    pub(crate) picture: Picture,
 }
 
 /// What the samples of a picture depend on, beside the integrator.

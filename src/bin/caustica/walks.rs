@@ -6,9 +6,9 @@ use caustica::transport::caustic::{REASONS, WalkCount};
 pub(crate) fn lines(walks: &WalkCount, rays: u64) -> Vec<String> {
     let percent = |part: u64, whole: u64| part as f64 / whole.max(1) as f64 * 100.0;
     let classes = |counts: &[u64]| {
-        let used = counts.iter().rposition(|&n| n > 0).map_or(0, |last| last + 1);
+        let Some(last) = counts.iter().rposition(|&n| n > 0) else { return "none".to_owned() };
         let class = |(k, n): (usize, &u64)| format!("{}+: {:.0} %", 1 << k, percent(*n, walks.total()));
-        counts[..used].iter().enumerate().map(class).collect::<Vec<_>>().join(", ")
+        counts[..=last].iter().enumerate().map(class).collect::<Vec<_>>().join(", ")
     };
     let mut lines = vec![
         format!(
