@@ -68,7 +68,7 @@ impl Setup {
         let across = axis.any_orthonormal_vector();
         let other = axis.cross(across);
         let golden = (5f64.sqrt() - 1.0) / 2.0;
-        let points = 2_000_000;
+        let points = 4_000_000;
         let arrives = |i: u32| {
             // The sine of incidence, and from it the angle at the receiver.
             let s = (f64::from(i) + 0.5) / f64::from(points);
