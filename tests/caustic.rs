@@ -8,6 +8,7 @@ use caustica::render::Image;
 use caustica::render::job::{Integrator, Settings};
 use caustica::scene::World;
 use caustica::scene::description::*;
+use common::scenes::under_a_lamp;
 use common::stats::{Blocks, blocks, check_normal, z_scores};
 use common::{Builder, icosphere, settings};
 use glam::{DAffine3, DVec3, Vec3};
@@ -54,21 +55,9 @@ fn agree(name: &str, builder: &Builder, path_samples: u32, bdpt_samples: u32) {
     }
 }
 
-/// A floor under a lamp, seen from the front.
-fn stage(lamp_size: f32) -> Builder {
-    let mut b = Builder::default();
-    let white = b.diffuse(0.6);
-    b.quad(Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0, white);
-    let lamp = b.lamp(4.0);
-    let s = lamp_size;
-    b.quad(Vec3::new(-s / 2.0, 3.0, -s / 2.0), Vec3::X * s, Vec3::Z * s, lamp);
-    b.perspective([0.0, 1.8, 3.0], [0.0, 0.3, 0.0], 0.7);
-    b
-}
-
 #[test]
 fn ball() {
-    let mut b = stage(1.5);
+    let mut b = under_a_lamp(1.5);
     let glass = b.glass(1.5, 0.0);
     b.sphere(DVec3::new(0.0, 0.6, 0.0), 0.5, glass);
     agree("ball", &b, 128, 32);
@@ -77,7 +66,7 @@ fn ball() {
 #[test]
 fn the_depth_cap_counts_the_vertices_of_a_chain() {
     // Four segments from the camera to the lamp through the ball: camera, floor, ball, ball, lamp.
-    let mut b = stage(1.5);
+    let mut b = under_a_lamp(1.5);
     let glass = b.glass(1.5, 0.0);
     b.sphere(DVec3::new(0.0, 0.6, 0.0), 0.5, glass);
     let world = b.commit();
@@ -90,7 +79,7 @@ fn the_depth_cap_counts_the_vertices_of_a_chain() {
 
 #[test]
 fn smooth_mesh() {
-    let mut b = stage(1.5);
+    let mut b = under_a_lamp(1.5);
     let glass = b.glass(1.5, 0.0);
     // Flattened to a lens; interpolated normals.
     let place = DAffine3::from_scale_rotation_translation(
@@ -104,7 +93,7 @@ fn smooth_mesh() {
 
 #[test]
 fn slab() {
-    let mut b = stage(1.5);
+    let mut b = under_a_lamp(1.5);
     let glass = b.glass(1.5, 0.0);
     b.cuboid(Vec3::new(-1.0, 0.4, -1.0), Vec3::new(1.0, 0.6, 1.0), false, glass);
     agree("slab", &b, 128, 32);
@@ -112,7 +101,7 @@ fn slab() {
 
 #[test]
 fn absorbing_water_in_a_glass_ball() {
-    let mut b = stage(1.5);
+    let mut b = under_a_lamp(1.5);
     let water = Medium { ior: 1.33, absorption: Rgb::new(0.9, 0.4, 0.1) };
     let glass = b.glass(1.5, 0.0);
     let inner = b.material(Scattering::Dielectric {
@@ -128,7 +117,7 @@ fn absorbing_water_in_a_glass_ball() {
 
 #[test]
 fn light_in_a_glass_ball() {
-    let mut b = stage(0.5);
+    let mut b = under_a_lamp(0.5);
     let glass = b.glass(1.5, 0.0);
     let lamp = b.lamp(6.0);
     b.sphere(DVec3::new(0.3, 0.9, 0.0), 0.3, glass);
@@ -138,7 +127,7 @@ fn light_in_a_glass_ball() {
 
 #[test]
 fn camera_in_glass() {
-    let mut b = stage(1.5);
+    let mut b = under_a_lamp(1.5);
     let glass = b.glass(1.4, 0.0);
     b.sphere(DVec3::new(0.0, 1.8, 3.0), 0.4, glass);
     b.sphere(DVec3::new(0.0, 0.6, 0.0), 0.5, glass);
@@ -198,7 +187,7 @@ fn delta_lights_through_a_ball() {
 
 #[test]
 fn without_glass_nothing_changes() {
-    let world = stage(1.0).commit();
+    let world = under_a_lamp(1.0).commit();
     let image = |caustics| {
         let settings = Settings { caustics, ..settings(Integrator::Bdpt, SIDE, 4, 1) };
         let output = common::run(&world, &settings);

@@ -14,6 +14,8 @@ use caustica::math::Rgb;
 use caustica::scatter::TransportMode;
 use caustica::scene::World;
 use caustica::scene::description::*;
+use caustica::transport::caustic::{CausticOptions, GeometryTerm};
+use caustica::transport::roulette::Roulette;
 use caustica::transport::vertex::EdgeRecord;
 use caustica::transport::{Tracer, Vertex};
 use common::Builder;
@@ -76,7 +78,7 @@ impl FullPath<'_> {
                             chain: chain.len as u32,
                             chain_probability: chain.probability,
                             etendue_ratio: chain.etendue_ratio(cos_a, cos_b),
-                            technique: chain.inverse_jacobian / cos_b,
+                            technique: chain.weight_inverse_jacobian / cos_b,
                             departure: chain.first,
                             ..EdgeRecord::default()
                         };
@@ -212,18 +214,20 @@ impl Observer for Check<'_> {
 }
 
 fn check(name: &str, builder: &Builder) {
-    check_with(name, builder, false);
-    check_with(&format!("{name}, caustic connections"), builder, true);
+    check_with(name, builder, None);
+    check_with(&format!("{name}, caustic connections"), builder, Some(CausticOptions::default()));
 }
 
-fn check_with(name: &str, builder: &Builder, caustics: bool) {
+/// Without caustic connections if there are no options for them.
+fn check_with(name: &str, builder: &Builder, caustics: Option<CausticOptions>) {
     let world = builder.commit();
     let (width, height) = (24, 20);
     let camera = Camera::new(&world.cameras[0], width, height);
     let medium = world.medium_at(camera.generate(Vec2::new(12.0, 10.0)).0);
     let view = View { camera: camera.clone(), medium, width, height };
     let mut tracer = Tracer::new(&world, 9);
-    tracer.caustics = caustics && world.requirements.caustics;
+    tracer.caustics = caustics.is_some() && world.requirements.caustics;
+    tracer.options = caustics.unwrap_or_default();
     tracer.camera_caustics =
         tracer.caustics && world.requirements.delta_lights && matches!(camera.endpoint(), Endpoint::Point(_));
     let mut check = Check {
@@ -334,4 +338,32 @@ fn environment_and_area_light() {
     };
     check("environment and area light", &room(lights, true, PERSPECTIVE));
     check("environment, orthographic", &room(lights, true, Projection::Orthographic { ymag: 1.3 }));
+}
+
+#[test]
+fn caustic_options() {
+    // Whatever is chosen, a weight remains a function of the path.
+    let lamp = |b: &mut Builder| {
+        let lamp = b.lamp(5.0);
+        b.quad(Vec3::new(-0.5, 2.8, -0.5), Vec3::X, Vec3::Z, lamp);
+    };
+    let point = |b: &mut Builder| {
+        b.light(LightKind::Point { position: DVec3::new(0.5, 2.5, 1.0), intensity: Rgb::splat(3.0) });
+    };
+    let default = CausticOptions::default();
+    let direct = CausticOptions { geometry_term: GeometryTerm::Direct, ..default };
+    for (name, room) in [("area light", room(lamp, true, PERSPECTIVE)), ("point light", room(point, true, PERSPECTIVE))]
+    {
+        for (what, options) in [
+            ("direct term", direct),
+            ("direct term, one start", CausticOptions { seeds: 1, ..direct }),
+            ("direct term, five starts", CausticOptions { seeds: 5, ..direct }),
+            ("one start", CausticOptions { seeds: 1, ..default }),
+            ("five starts", CausticOptions { seeds: 5, ..default }),
+            ("no roulette", CausticOptions { roulette: Roulette::Off, ..default }),
+            ("roulette by lengths", CausticOptions { roulette: Roulette::Lengths, ..default }),
+        ] {
+            check_with(&format!("{name}, {what}"), &room, Some(options));
+        }
+    }
 }

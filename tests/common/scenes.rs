@@ -318,3 +318,15 @@ pub fn orthographic() -> Builder {
     b.camera(FROM.into(), TO.into(), Projection::Orthographic { ymag: 1.4 });
     b
 }
+
+/// A floor under a lamp, seen from the front; without walls.
+pub fn under_a_lamp(lamp_size: f32) -> Builder {
+    let mut b = Builder::default();
+    let white = b.diffuse(0.6);
+    b.quad(Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0, white);
+    let lamp = b.lamp(4.0);
+    let s = lamp_size;
+    b.quad(Vec3::new(-s / 2.0, 3.0, -s / 2.0), Vec3::X * s, Vec3::Z * s, lamp);
+    b.perspective([0.0, 1.8, 3.0], [0.0, 0.3, 0.0], 0.7);
+    b
+}

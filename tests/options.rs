@@ -1,0 +1,122 @@
+//! What the options of caustic connections may change: cost and noise, and with a shortened check the
+//! picture. Caustic paths alone, on a floor under a glass ball that gathers the light of a lamp.
+
+mod common;
+
+use caustica::render::job::{Cancel, Integrator, RenderError, Settings, render};
+use caustica::scene::World;
+use caustica::transport::caustic::{CausticOptions, Check, GeometryTerm};
+use caustica::transport::roulette::Roulette;
+use common::oracle::{check_reference, first_seed, renders};
+use common::scenes::under_a_lamp;
+use common::stats::{Blocks, blocks};
+use glam::{DVec3, Vec3};
+use std::sync::LazyLock;
+
+const RUNS: u64 = 16;
+const SIDE: u32 = 24;
+const BLOCK: u32 = 6;
+const SAMPLES: u32 = 64;
+
+/// Bias of the caustic paths' mean that is excluded with 95 % confidence.
+const LIMIT: f64 = 0.025;
+
+static WORLD: LazyLock<World> = LazyLock::new(|| {
+    let mut b = under_a_lamp(1.5);
+    let wall = b.diffuse(0.8);
+    b.quad(Vec3::new(-2.0, 0.0, -1.5), Vec3::X * 4.0, Vec3::Y * 3.0, wall);
+    let glass = b.glass(1.5, 0.0);
+    b.sphere(DVec3::new(0.0, 0.6, 0.0), 0.5, glass);
+    b.0.cameras.clear();
+    b.perspective([0.0, 0.9, 3.0], [0.0, 0.0, 0.0], 0.2);
+    b.commit()
+});
+
+static BY_DEFAULT: LazyLock<Blocks> = LazyLock::new(|| measure("by default", CausticOptions::default()));
+
+fn with(caustic_options: CausticOptions) -> Settings {
+    let settings = common::settings(Integrator::Bdpt, SIDE, SAMPLES, 0);
+    Settings { max_depth: 6, caustics: true, caustics_only: true, caustic_options, ..settings }
+}
+
+/// Seeds differ from case to case: differences between runs with equal seeds are zero but for rare large
+/// ones, which sixteen runs need not have.
+fn measure(name: &str, options: CausticOptions) -> Blocks {
+    let seed = first_seed(name);
+    blocks(&renders(&WORLD, &with(options), seed..seed + RUNS), BLOCK)
+}
+
+fn changes_nothing(name: &str, options: CausticOptions, limit: f64) {
+    let ours = measure(name, options);
+    check_reference(name, &ours, &BY_DEFAULT, (RUNS - 1) as f64, limit).expect("the picture by default");
+}
+
+fn direct(check: Check) -> CausticOptions {
+    CausticOptions { geometry_term: GeometryTerm::Direct, check, ..CausticOptions::default() }
+}
+
+/// Relative difference of the mean from that by default, and in standard errors.
+fn difference(name: &str, options: CausticOptions) -> (f64, f64) {
+    let ((ours, error), (default, its_error)) = (measure(name, options).total, BY_DEFAULT.total);
+    let (bias, error) = ((ours - default) / default, error.hypot(its_error) / default);
+    eprintln!("{name}: {:+.2} % +- {:.2} %, z {:+.1}", 100.0 * bias, 100.0 * error, bias / error);
+    (bias, bias / error)
+}
+
+#[test]
+fn the_direct_term_in_the_weights_changes_nothing() {
+    // But the noise: at a fold the weighted contribution has no bound. Far below what a wrong check does.
+    changes_nothing("direct term", direct(Check::Exact), 0.1);
+}
+
+#[test]
+fn a_check_of_few_steps_counts_light_twice() {
+    let (bias, z) = difference("few steps", direct(Check::Few));
+    assert!(bias > 0.0 && z > 6.0, "{bias}, z {z}");
+}
+
+#[test]
+fn without_a_check_light_is_lost() {
+    // One walk: two find nearly all there is to find.
+    let (bias, z) = difference("no check", CausticOptions { seeds: 1, ..direct(Check::Off) });
+    assert!(bias < 0.0 && z < -6.0, "{bias}, z {z}");
+}
+
+#[test]
+fn roulette_changes_nothing() {
+    let with_roulette = |roulette| CausticOptions { roulette, ..CausticOptions::default() };
+    changes_nothing("no roulette", with_roulette(Roulette::Off), LIMIT);
+    changes_nothing("roulette by lengths", with_roulette(Roulette::Lengths), LIMIT);
+    // And by contribution by default. That it is at work:
+    let default = CausticOptions::default().roulette;
+    for (roulette, spares) in [(Roulette::Off, false), (Roulette::Lengths, true), (default, true)] {
+        let settings = Settings { samples: 1, ..with(with_roulette(roulette)) };
+        let spared = common::run(&WORLD, &settings).statistics.walks.spared;
+        assert_eq!(spared > 0, spares, "{roulette:?} spared {spared}");
+    }
+}
+
+#[test]
+fn the_number_of_walks_changes_nothing() {
+    for seeds in [1, 6] {
+        changes_nothing(&format!("{seeds} walks"), CausticOptions { seeds, ..CausticOptions::default() }, LIMIT);
+    }
+}
+
+#[test]
+fn walks_of_few_steps_change_nothing() {
+    // The check is the connection's own walk: what it gives up, the other techniques find.
+    let mut options = CausticOptions::default();
+    options.walk.max_iterations = 8;
+    changes_nothing("at most 8 steps", options, LIMIT);
+}
+
+#[test]
+fn inexact_checks_need_the_direct_term() {
+    for check in [Check::Few, Check::Off] {
+        let settings = with(CausticOptions { check, ..CausticOptions::default() });
+        let error = render(&WORLD, &settings, &Cancel::default(), &|_| ()).expect_err("refused");
+        assert!(matches!(error, RenderError::Setting { setting: "check", .. }), "{error}");
+        assert!(error.to_string().contains("check"), "{error}");
+    }
+}
