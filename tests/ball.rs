@@ -3,6 +3,8 @@
 //!
 //! Each comparison: within 3 standard errors, and a bias whose upper confidence bound lies below a limit; of
 //! all six setups together, below [`LIMIT`].
+// The second backend is held against the first ray by ray, in `backends.rs`.
+#![cfg(feature = "embree")]
 
 mod common;
 

@@ -1,5 +1,7 @@
 //! What the options of caustic connections may change: cost and noise, and with a shortened check the
 //! picture. Caustic paths alone, on a floor under a glass ball that gathers the light of a lamp.
+// The second backend is held against the first ray by ray, in `backends.rs`.
+#![cfg(feature = "embree")]
 
 mod common;
 
