@@ -15,7 +15,7 @@ import pathlib, re, signal, subprocess, sys
 
 script, arguments = pathlib.Path(sys.argv[1]).resolve(), sys.argv[2:]
 ROOT = script.parent.parent
-ORACLES = ["weights", "caustic", "agreement", "closed_forms", "furnace", "references", "extremes"]
+ORACLES = ["weights", "caustic", "ball", "options", "agreement", "closed_forms", "furnace", "references", "extremes"]
 
 # Name: file, exact text (once in the file), its replacement, tests that must fail as (target, filter).
 MUTATIONS = {}
@@ -213,7 +213,7 @@ mutation("caustic: the paper's base case, the camera's technique counted behind 
          ("weights", "area_light"))
 mutation("caustic: roulette without its division", "src/transport/roulette.rs",
          "return Some(1.0 / probability);", "return Some(1.0);",
-         ("caustic", "slab"))
+         ("options", "roulette_changes_nothing"))
 
 
 def apply(name):
