@@ -76,19 +76,15 @@ pub fn sample<O: Observer>(
             for joined in &tracer.joined {
                 radiance += joined.weighted;
                 let start = LightVertex { densities: joined.densities.unwrap_or(light.densities), ..light };
-                observer.observe(&Contribution {
-                    s: 1,
-                    t: segments + 1,
+                let technique = (1, segments + 1);
+                observer.observe(&Contribution::of_joined(
+                    joined,
+                    technique,
                     pixel,
-                    value: joined.value,
-                    weight: joined.weight,
-                    weighted: joined.weighted,
-                    camera: &tracer.camera_vertices[..=i],
-                    light: &[],
-                    start: &start,
-                    chain: joined.chain.as_ref(),
-                    hit: None,
-                });
+                    &tracer.camera_vertices[..=i],
+                    &[],
+                    &start,
+                ));
             }
         }
         for j in 0..tracer.light_vertices.len() {
@@ -100,19 +96,15 @@ pub fn sample<O: Observer>(
             let Some(start) = &tracer.light_start else { continue };
             for joined in &tracer.joined {
                 radiance += joined.weighted;
-                observer.observe(&Contribution {
-                    s: light_segments + 1,
-                    t: segments + 1,
+                let technique = (light_segments + 1, segments + 1);
+                observer.observe(&Contribution::of_joined(
+                    joined,
+                    technique,
                     pixel,
-                    value: joined.value,
-                    weight: joined.weight,
-                    weighted: joined.weighted,
-                    camera: &tracer.camera_vertices[..=i],
-                    light: &tracer.light_vertices[..=j],
+                    &tracer.camera_vertices[..=i],
+                    &tracer.light_vertices[..=j],
                     start,
-                    chain: joined.chain.as_ref(),
-                    hit: None,
-                });
+                ));
             }
         }
     }
@@ -122,19 +114,15 @@ pub fn sample<O: Observer>(
         for joined in &tracer.joined {
             let target = view.pixel(joined.raster);
             out.splats.push(Splat { pixel: target, value: joined.weighted });
-            observer.observe(&Contribution {
-                s: tracer.light_vertices[j].segments + 1,
-                t: 1,
-                pixel: target,
-                value: joined.value,
-                weight: joined.weight,
-                weighted: joined.weighted,
-                camera: &[],
-                light: &tracer.light_vertices[..=j],
+            let technique = (tracer.light_vertices[j].segments + 1, 1);
+            observer.observe(&Contribution::of_joined(
+                joined,
+                technique,
+                target,
+                &[],
+                &tracer.light_vertices[..=j],
                 start,
-                chain: joined.chain.as_ref(),
-                hit: None,
-            });
+            ));
         }
     }
     out.radiance = radiance;

@@ -34,19 +34,15 @@ pub fn sample<O: Observer>(
         for joined in &tracer.joined {
             let target = view.pixel(joined.raster);
             out.splats.push(Splat { pixel: target, value: joined.value });
-            observer.observe(&Contribution {
-                s: tracer.light_vertices[j].segments + 1,
-                t: 1,
-                pixel: target,
-                value: joined.value,
-                weight: 1.0,
-                weighted: joined.value,
-                camera: &[],
-                light: &tracer.light_vertices[..=j],
+            let path = Contribution::of_joined(
+                joined,
+                (tracer.light_vertices[j].segments + 1, 1),
+                target,
+                &[],
+                &tracer.light_vertices[..=j],
                 start,
-                chain: None,
-                hit: None,
-            });
+            );
+            observer.observe(&Contribution { weight: 1.0, weighted: path.value, ..path });
         }
     }
 }

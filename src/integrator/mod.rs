@@ -5,6 +5,7 @@ pub mod light;
 pub mod path;
 
 use crate::math::Rgb;
+use crate::transport::connect::Joined;
 use crate::transport::{EmitterHit, LightVertex, Vertex};
 
 /// What one sample adds to the image.
@@ -67,6 +68,30 @@ impl<'a> Contribution<'a> {
             start: &hit.light,
             chain: None,
             hit: Some(hit),
+        }
+    }
+
+    /// A technique (s, t) that joined two subpaths.
+    fn of_joined(
+        joined: &'a Joined,
+        (s, t): (u32, u32),
+        pixel: u32,
+        camera: &'a [Vertex],
+        light: &'a [Vertex],
+        start: &'a LightVertex,
+    ) -> Contribution<'a> {
+        Contribution {
+            s,
+            t,
+            pixel,
+            value: joined.value,
+            weight: joined.weight,
+            weighted: joined.weighted,
+            camera,
+            light,
+            start,
+            chain: joined.chain.as_ref(),
+            hit: None,
         }
     }
 

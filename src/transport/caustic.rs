@@ -190,7 +190,7 @@ pub struct WalkCount {
     /// Walks by their steps: class `k` has those of `2^k` to `2^(k+1) - 1`, the first also none. Walks that
     /// converged, and those that did not.
     pub steps: [[u64; STEP_CLASSES]; 2],
-    /// Nanoseconds spent on connecting and on checking: every [`TIMED`]th walk is timed.
+    /// Nanoseconds spent on connecting and on checking: one walk in sixteen is timed.
     pub nanoseconds: [u64; 2],
     /// Walks whose chain was blocked.
     pub occluded: u64,
