@@ -148,7 +148,7 @@ fn figure4a_large_path() {
 #[test]
 #[ignore = "minutes"]
 fn figure4a_large_path_long() {
-    check("figure4a_large", path(2500));
+    check("figure4a_large", path(9000));
 }
 
 #[test]
