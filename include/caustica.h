@@ -223,7 +223,8 @@ typedef struct caustica_material_desc {
     uint32_t solid;              /* transmission enters 1: a solid, 0: a thin sheet */
     float emission[3];           /* radiance, W/(m^2 sr), from the front */
     uint32_t emission_two_sided; /* 1: from the back too */
-    uint32_t reserved;
+    float walked_roughness;      /* rough refraction below this roughness is crossed by manifold walks where
+                                    caustic connections are made, 0 to 1; 0: smooth refraction alone */
 } caustica_material_desc;
 
 /* Fills a descriptor, whose struct_size is set, with a model's defaults: white, smooth, index 1.5, no

@@ -171,7 +171,7 @@ fn both_sides_agree_on_layouts_and_constants() {
         }
         caustica_material_desc = capi::material::MaterialDesc {
             struct_size, model, name, color, roughness, ior, ior_outside, absorption, absorption_outside, metallic,
-            specular, specular_color, transmission, solid, emission, emission_two_sided, reserved
+            specular, specular_color, transmission, solid, emission, emission_two_sided, walked_roughness
         }
         caustica_commit_report = capi::scene::CommitReport {
             struct_size, warning_count, triangle_count, scene_hash, seconds
@@ -284,6 +284,7 @@ fn minimal_scene() -> Description {
         scattering: Scattering::Diffuse { reflectance: Rgb::splat(reflectance) },
         emission: Rgb::splat(emission),
         emission_two_sided: false,
+        walked_roughness: WALKED_ROUGHNESS,
     };
     let glass = Scattering::Dielectric {
         inside: Medium { ior: 1.5, absorption: Rgb::ZERO },

@@ -100,6 +100,56 @@ fn slab() {
 }
 
 #[test]
+fn rough_ball() {
+    // Path tracing, which does not walk, scatters at the microfacets.
+    let mut b = under_a_lamp(1.5);
+    let glass = b.walked_glass(1.5, 0.35);
+    b.sphere(DVec3::new(0.0, 0.6, 0.0), 0.5, glass);
+    agree("rough ball", &b, 128, 32);
+}
+
+#[test]
+fn rough_mesh_with_a_smooth_core() {
+    let mut b = under_a_lamp(1.5);
+    let glass = b.walked_glass(1.5, 0.5);
+    let water = b.material(Scattering::Dielectric {
+        inside: Medium { ior: 1.33, absorption: Rgb::new(0.9, 0.4, 0.1) },
+        outside: Medium { ior: 1.5, absorption: Rgb::ZERO },
+        roughness: 0.0,
+        tint: Rgb::ONE,
+    });
+    let place = DAffine3::from_scale_rotation_translation(
+        DVec3::new(1.0, 0.5, 1.0),
+        glam::DQuat::IDENTITY,
+        DVec3::new(0.0, 0.6, 0.0),
+    );
+    b.mesh(icosphere(0.5, 3, true), glass, place);
+    b.sphere(DVec3::new(0.0, 0.6, 0.0), 0.2, water);
+    agree("rough mesh", &b, 128, 32);
+}
+
+#[test]
+fn point_light_behind_frosted_glass() {
+    // Plain BDPT evaluates the rough refraction; with walks it is left to the one technique s = t = 1, where
+    // the camera sees nothing but the pane, and to walks from the floor.
+    let mut b = Builder::default();
+    let white = b.diffuse(0.6);
+    b.quad(Vec3::new(-3.0, -0.5, -3.0), Vec3::Z * 6.0, Vec3::X * 6.0, white);
+    let glass = b.walked_glass(1.5, 0.5);
+    b.cuboid(Vec3::new(-1.0, 0.2, -0.1), Vec3::new(1.0, 1.8, 0.1), false, glass);
+    b.light(LightKind::Point { position: DVec3::new(0.2, 1.0, -1.5), intensity: Rgb::splat(5.0) });
+    b.perspective([0.0, 1.0, 3.0], [0.0, 0.9, 0.0], 0.5);
+    let world = b.commit();
+    let plain = measure(&world, Integrator::Bdpt, false, 256, 1000);
+    let ours = measure(&world, Integrator::Bdpt, true, 256, 5000);
+    let z = z_scores(&ours, &plain);
+    let error = ours.total.1.hypot(plain.total.1);
+    println!("frosted: bias {:+.3} % +- {:.3} %", (ours.total.0 / plain.total.0 - 1.0) * 100.0, error / plain.total.0 * 100.0);
+    check_normal("frosted", &z, (RUNS - 1) as f64).expect("equal expectations");
+    assert!((ours.total.0 - plain.total.0).abs() < 4.0 * error);
+}
+
+#[test]
 fn absorbing_water_in_a_glass_ball() {
     let mut b = under_a_lamp(1.5);
     let water = Medium { ior: 1.33, absorption: Rgb::new(0.9, 0.4, 0.1) };

@@ -11,19 +11,21 @@ use caustica::geometry::ray::segment;
 use caustica::integrator::bdpt::{self, View};
 use caustica::integrator::{Contribution, Observer, Sample};
 use caustica::math::Rgb;
-use caustica::scatter::TransportMode;
+use caustica::scatter::{Bsdf, TransportMode};
 use caustica::scene::World;
 use caustica::scene::description::*;
 use caustica::transport::caustic::{CausticOptions, GeometryTerm};
 use caustica::transport::roulette::Roulette;
-use caustica::transport::vertex::EdgeRecord;
+use caustica::transport::vertex::{EdgeRecord, on_path};
 use caustica::transport::{Tracer, Vertex};
-use common::Builder;
-use glam::{DVec3, Vec2, Vec3};
+use common::{Builder, icosphere};
+use glam::{DAffine3, DVec3, Vec2, Vec3};
 
 /// A compressed path, camera end first, without the camera and the light vertex themselves.
 struct FullPath<'a> {
     world: &'a World,
+    /// As the tracer sees them.
+    bsdfs: &'a [Bsdf],
     camera: &'a Camera,
     vertices: Vec<&'a Vertex>,
     /// Macro-edge i leads from z_i to z_{i+1}; the direction into it at z_i, and at z_{i+1}.
@@ -32,10 +34,11 @@ struct FullPath<'a> {
 }
 
 impl FullPath<'_> {
-    fn new<'a>(world: &'a World, camera: &'a Camera, c: &Contribution<'a>) -> FullPath<'a> {
-        let vertices: Vec<&Vertex> = c.camera.iter().chain(c.light.iter().rev()).collect();
+    fn new<'a>(world: &'a World, bsdfs: &'a [Bsdf], camera: &'a Camera, c: &Contribution<'a>) -> FullPath<'a> {
+        let camera_side = on_path(c.camera).count();
+        let vertices: Vec<&Vertex> = on_path(c.camera).chain(on_path(c.light).rev()).collect();
         let mut edges: Vec<(EdgeRecord, Vec3, Vec3)> = Vec::new();
-        for z in c.camera {
+        for z in on_path(c.camera) {
             edges.push((z.edge, z.edge.departure, z.wo));
         }
         let point = |i: usize| vertices.get(i).map(|v| v.at.p);
@@ -52,7 +55,7 @@ impl FullPath<'_> {
                 if hit.edge.chain > 0 { hit.direction } else { -hit.edge.departure },
             )),
             None => {
-                let i = c.camera.len();
+                let i = camera_side;
                 let to = if i < vertices.len() { point(i) } else { light_point };
                 let w = match (i.checked_sub(1).and_then(point), to) {
                     (Some(p), Some(q)) => segment(p, q).0,
@@ -87,17 +90,18 @@ impl FullPath<'_> {
                 });
             }
         }
-        for y in c.light.iter().rev() {
+        for y in on_path(c.light).rev() {
             edges.push((y.edge, y.wo, y.edge.departure));
         }
-        FullPath { world, camera, vertices, edges, light: c.start }
+        FullPath { world, bsdfs, camera, vertices, edges, light: c.start }
     }
 
     /// Densities of both directions at z_i (1 <= i < m): of leaving toward z_{i+1}, toward z_{i-1}.
     fn turns(&self, i: usize) -> (f64, f64) {
         let v = self.vertices[i - 1];
         let (to_camera, to_light) = (self.edges[i - 1].2, self.edges[i].1);
-        let e = self.world.bsdf(v.at.shape).evaluate(&v.at, to_camera, to_light, TransportMode::Radiance);
+        let bsdf = &self.bsdfs[self.world.shape_material[v.at.shape as usize] as usize];
+        let e = bsdf.evaluate(&v.at, to_camera, to_light, TransportMode::Radiance);
         (e.pdf as f64, e.pdf_reverse as f64)
     }
 
@@ -117,7 +121,8 @@ impl FullPath<'_> {
         let geometry = |i: usize| -> (f64, f64) {
             let (record, from_camera, from_light) = &self.edges[i];
             if record.chain > 0 {
-                return (record.chain_probability, record.chain_probability * record.etendue_ratio);
+                let [toward_light, toward_camera] = record.chain_probability;
+                return (toward_light, toward_camera * record.etendue_ratio);
             }
             let cos_here = if i == 0 { 1.0 } else { cos(i, *from_camera) };
             let cos_next = if i + 1 == m { light_cos(*from_light) } else { cos(i + 1, *from_light) };
@@ -158,7 +163,7 @@ impl FullPath<'_> {
             }
         };
         if m == 1 {
-            return vec![0.0, 1.0];
+            return if light.hittable { vec![0.0, 1.0] } else { vec![1.0, 0.0] };
         }
         let log_p: Vec<f64> = (0..=m)
             .map(|i| {
@@ -186,6 +191,7 @@ impl FullPath<'_> {
 /// Compares every observed weight with the definition.
 struct Check<'a> {
     world: &'a World,
+    bsdfs: &'a [Bsdf],
     camera: &'a Camera,
     paths: usize,
     with_chain: usize,
@@ -197,8 +203,8 @@ struct Check<'a> {
 
 impl Observer for Check<'_> {
     fn observe(&mut self, c: &Contribution) {
-        let path = FullPath::new(self.world, self.camera, c);
-        let technique = c.camera.len() + usize::from(c.hit.is_some());
+        let path = FullPath::new(self.world, self.bsdfs, self.camera, c);
+        let technique = on_path(c.camera).count() + usize::from(c.hit.is_some());
         let shares = path.shares();
         let sum: f64 = shares.iter().sum();
         let error = (c.weight - shares[technique]).abs().max((sum - 1.0).abs());
@@ -226,12 +232,17 @@ fn check_with(name: &str, builder: &Builder, caustics: Option<CausticOptions>) {
     let medium = world.medium_at(camera.generate(Vec2::new(12.0, 10.0)).0);
     let view = View { camera: camera.clone(), medium, width, height };
     let mut tracer = Tracer::new(&world, 9);
-    tracer.caustics = caustics.is_some() && world.requirements.caustics;
+    let connects = caustics.is_some() && world.requirements.caustics;
+    if connects {
+        tracer.connect_through_glass();
+    }
     tracer.options = caustics.unwrap_or_default();
     tracer.camera_caustics =
-        tracer.caustics && world.requirements.delta_lights && matches!(camera.endpoint(), Endpoint::Point(_));
+        connects && world.requirements.delta_lights && matches!(camera.endpoint(), Endpoint::Point(_));
+    let walked = world.walked.as_ref().filter(|_| connects);
     let mut check = Check {
         world: &world,
+        bsdfs: walked.map_or(&world.bsdfs, |w| &w.bsdfs),
         camera: &camera,
         paths: 0,
         with_chain: 0,
@@ -283,6 +294,10 @@ fn room(lights: impl Fn(&mut Builder), with_glass: bool, projection: Projection)
         b.mesh(common::icosphere(0.4, 2, true), glass, glam::DAffine3::from_translation(DVec3::new(0.0, 0.4, 0.9)));
         let frosted = b.glass(1.4, 0.5);
         b.sphere(DVec3::new(-0.3, 1.3, -0.6), 0.4, frosted);
+        let walked = b.walked_glass(1.4, 0.4);
+        b.mesh(icosphere(0.3, 2, true), walked, DAffine3::from_translation(DVec3::new(0.9, 1.4, 0.9)));
+        let inner = b.walked_glass(1.5, 0.3);
+        b.sphere(DVec3::new(-0.6, 0.7, 1.2), 0.25, inner);
     }
     lights(&mut b);
     b.camera(DVec3::new(0.3, 1.4, 4.0), DVec3::new(0.0, 0.7, 0.0), projection);

@@ -6,7 +6,7 @@ use super::guard;
 use super::handle::{Handle, Kind};
 use super::pointer::{In, MAX_NAME, Out, OutStruct, Sized32, Text};
 use crate::math::Rgb;
-use crate::scene::description::{self, Medium, MetallicRoughness, Scattering};
+use crate::scene::description::{self, Medium, MetallicRoughness, Scattering, WALKED_ROUGHNESS};
 use std::sync::{Arc, Mutex};
 
 /// Lambertian.
@@ -56,8 +56,8 @@ pub struct MaterialDesc {
     pub emission: [f32; 3],
     /// 1: the back emits too.
     pub emission_two_sided: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// Rough refraction below this roughness is crossed by walks.
+    pub walked_roughness: f32,
 }
 
 // SAFETY: `repr(C)`, `u32` first, numbers and pointers only.
@@ -131,7 +131,7 @@ fn init(desc: OutStruct<MaterialDesc>, model: u32) -> Result<i32, Failure> {
         solid: 0,
         emission: [0.0; 3],
         emission_two_sided: 0,
-        reserved: 0,
+        walked_roughness: WALKED_ROUGHNESS,
     });
     Ok(OK)
 }
@@ -171,9 +171,6 @@ fn read(desc: In<MaterialDesc>, id: u64) -> Result<description::Material, Failur
 
 fn convert(d: &MaterialDesc, name: &str) -> Result<description::Material, Failure> {
     check_model(d.model)?;
-    if d.reserved != 0 {
-        return Err(Failure::argument("reserved", format!("is {}; 0 was expected", d.reserved)));
-    }
     let color = Rgb::from_array(d.color);
     let ior = or_default(d.ior, 1.5);
     let absorption = Rgb::from_array(d.absorption);
@@ -205,6 +202,7 @@ fn convert(d: &MaterialDesc, name: &str) -> Result<description::Material, Failur
         scattering,
         emission: Rgb::from_array(d.emission),
         emission_two_sided: boolean("emission_two_sided", d.emission_two_sided)?,
+        walked_roughness: d.walked_roughness,
     })
 }
 

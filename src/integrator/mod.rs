@@ -6,6 +6,7 @@ pub mod path;
 
 use crate::math::Rgb;
 use crate::transport::connect::Joined;
+use crate::transport::vertex::on_path;
 use crate::transport::{EmitterHit, LightVertex, Vertex};
 
 /// What one sample adds to the image.
@@ -41,9 +42,9 @@ pub struct Contribution<'a> {
     pub weight: f64,
     /// What it adds to the image. Finite also where the value is infinite and the weight zero.
     pub weighted: Rgb,
-    /// Connectable vertices from the camera, without the camera's own.
+    /// Connectable vertices from the camera, without the camera's own; see [`on_path`].
     pub camera: &'a [Vertex],
-    /// Connectable vertices from the light, without the light's own.
+    /// Connectable vertices from the light, without the light's own; see [`on_path`].
     pub light: &'a [Vertex],
     /// The light vertex of the path.
     pub start: &'a LightVertex,
@@ -98,12 +99,13 @@ impl<'a> Contribution<'a> {
     /// Whether the path has a chain of smooth refractions or reflections that the light crosses before
     /// the vertex that the camera sees. A chain between that vertex and the camera makes no caustic.
     pub fn is_caustic(&self) -> bool {
-        let Some((_, beyond)) = self.camera.split_first() else {
-            return self.light.iter().any(|v| v.edge.chain > 0);
-        };
+        let through = |v: &Vertex| v.edge.chain > 0;
+        if self.camera.is_empty() {
+            return on_path(self.light).any(through);
+        }
         self.chain.is_some()
             || self.hit.is_some_and(|hit| hit.edge.chain > 0)
-            || beyond.iter().chain(self.light).any(|v| v.edge.chain > 0)
+            || on_path(self.camera).skip(1).chain(on_path(self.light)).any(through)
     }
 }
 

@@ -26,6 +26,7 @@
 
 pub mod geometry_term;
 pub mod refraction;
+pub mod rough;
 pub mod seed;
 pub mod walk;
 
@@ -37,6 +38,7 @@ mod tests;
 
 pub use geometry_term::RayDifferential;
 pub use refraction::Passage;
+pub use rough::Tilt;
 pub use seed::{Crossing, MAX_STARTS, Seed, starts};
 pub use walk::{Chain, Rejected, Rejection, WalkSettings, walk};
 

@@ -1,7 +1,7 @@
 //! The seed of a walk: what the straight segment between the ends crosses, and where else to start.
 
 use super::walk::Rejection;
-use super::{End, MAX_CHAIN};
+use super::{End, MAX_CHAIN, Tilt};
 use crate::geometry::Differential;
 use crate::geometry::differential::tangents;
 use glam::DVec3;
@@ -30,11 +30,18 @@ pub struct Seed {
     len: usize,
     crossings: [Crossing; MAX_CHAIN],
     vertices: [Differential; MAX_CHAIN],
+    /// Of the rough interfaces.
+    tilts: [Option<Tilt>; MAX_CHAIN],
 }
 
 impl Default for Seed {
     fn default() -> Self {
-        Seed { len: 0, crossings: [Crossing::NONE; MAX_CHAIN], vertices: [Differential::FLAT; MAX_CHAIN] }
+        Seed {
+            len: 0,
+            crossings: [Crossing::NONE; MAX_CHAIN],
+            vertices: [Differential::FLAT; MAX_CHAIN],
+            tilts: [None; MAX_CHAIN],
+        }
     }
 }
 
@@ -65,6 +72,18 @@ impl Seed {
     #[inline]
     pub fn vertices(&self) -> &[Differential] {
         &self.vertices[..self.len]
+    }
+
+    /// Sets the microfacet of crossing `i`, whose interface is rough.
+    #[inline]
+    pub fn tilt(&mut self, i: usize, tilt: Tilt) {
+        self.tilts[i] = Some(tilt);
+    }
+
+    /// The microfacet of each crossing, if its interface is rough.
+    #[inline]
+    pub fn tilts(&self) -> &[Option<Tilt>] {
+        &self.tilts[..self.len]
     }
 }
 

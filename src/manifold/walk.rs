@@ -111,8 +111,12 @@ pub struct Chain {
     /// that `J = d omega_a / d A_b = cos^g_b / inverse_jacobian`. For a direction: solid angle at `b` per
     /// solid angle at `a`. Zero at a caustic.
     pub inverse_jacobian: f64,
-    /// Product of `1 - F` over the vertices, without the scaling of radiance by `(n_a/n_b)^2`.
+    /// Product of `1 - F` over the vertices, at rough ones times [`super::rough::Carried::value`], without
+    /// the scaling of radiance by `(n_a/n_b)^2`.
     pub transmittance: f64,
+    /// Product of `1 - F`, at rough vertices times [`super::rough::Carried::density`]: of scattering from
+    /// `a` to `b`, and the reverse.
+    pub density: [f64; 2],
     /// Product of [`Passage::kappa`] over the vertices.
     pub kappa: f64,
     /// Steps tried.
@@ -122,7 +126,7 @@ pub struct Chain {
 }
 
 impl Chain {
-    /// The surface at each vertex, from `a` to `b`.
+    /// The surface at each vertex, from `a` to `b`; of a rough one, with the microfacet's normal.
     #[inline]
     pub fn vertices(&self) -> &[Differential] {
         &self.path.vertices[..self.path.len]
@@ -161,6 +165,8 @@ impl Chain {
 struct Path {
     len: usize,
     vertices: [Differential; MAX_CHAIN],
+    /// Shading normal of the surface itself; set at rough vertices alone.
+    normals: [DVec3; MAX_CHAIN],
     /// Unit directions of travel of the segments, the first of which leaves `a`.
     directions: [DVec3; MAX_CHAIN + 1],
     lengths: [f64; MAX_CHAIN + 1],
@@ -173,6 +179,7 @@ impl Path {
         Path {
             len,
             vertices: [Differential::FLAT; MAX_CHAIN],
+            normals: [DVec3::ZERO; MAX_CHAIN],
             directions: [DVec3::ZERO; MAX_CHAIN + 1],
             lengths: [0.0; MAX_CHAIN + 1],
         }
@@ -183,9 +190,9 @@ impl Path {
     fn through(seed: &Seed, end: End) -> Path {
         let len = seed.vertices().len();
         let mut path = Path::empty(len);
-        path.vertices[..len].copy_from_slice(seed.vertices());
         let mut from = DVec3::ZERO;
         for (i, vertex) in seed.vertices().iter().enumerate() {
+            path.set(seed, i, vertex);
             let step = vertex.p - from;
             path.lengths[i] = step.length();
             path.directions[i] = step / path.lengths[i];
@@ -195,6 +202,18 @@ impl Path {
         path
     }
 
+    /// Sets vertex `i`.
+    #[inline]
+    fn set(&mut self, seed: &Seed, i: usize, at: &Differential) {
+        self.vertices[i] = match &seed.tilts()[i] {
+            None => *at,
+            Some(tilt) => {
+                self.normals[i] = at.ns;
+                tilt.applied(at)
+            }
+        };
+    }
+
     /// Refracts the ray that leaves `a` along the unit direction `d` through all interfaces of the seed,
     /// not far from the vertices `near`.
     #[inline]
@@ -202,11 +221,12 @@ impl Path {
         interfaces: &impl Interfaces,
         source: Option<Source>,
         end: End,
-        crossings: &[Crossing],
+        seed: &Seed,
         d: DVec3,
         near: &[Differential],
         path: &mut Path,
     ) -> Result<(), Rejection> {
+        let crossings = seed.crossings();
         let mut probe = Probe { origin: DVec3::ZERO, direction: d, source, hint: 0 };
         for (i, crossing) in crossings.iter().enumerate() {
             if i > 0 {
@@ -218,7 +238,7 @@ impl Path {
             let (t, at) = interfaces.meet(crossing.interface, &probe).ok_or(Rejection::Miss)?;
             path.directions[i] = probe.direction;
             path.lengths[i] = t;
-            path.vertices[i] = at;
+            path.set(seed, i, &at);
             probe.origin = at.p;
             probe.source = Some(Source { interface: crossing.interface, primitive: at.primitive });
         }
@@ -333,14 +353,14 @@ pub fn walk(
     let mut unproven = 0;
     if let Some(d) = start {
         iterations = 1;
-        Path::refracted(interfaces, source, end, crossings, d, seed.vertices(), path)
+        Path::refracted(interfaces, source, end, seed, d, seed.vertices(), path)
             .map_err(|reason| Rejected { reason, iterations })?;
         unproven = path.len - 1;
     }
     loop {
         let residual = path.residual(crossings, unproven);
         if residual <= settings.tolerance {
-            return conclude(path, crossings, end, iterations, residual)
+            return conclude(path, seed, end, iterations, residual)
                 .map_err(|reason| Rejected { reason, iterations });
         }
         if iterations >= settings.max_iterations {
@@ -354,7 +374,7 @@ pub fn walk(
         loop {
             iterations += 1;
             let toward = (path.vertices[0].p - full * step).normalize();
-            match Path::refracted(interfaces, source, end, crossings, toward, &path.vertices, proposal) {
+            match Path::refracted(interfaces, source, end, seed, toward, &path.vertices, proposal) {
                 Ok(())
                     if iterations > settings.careful
                         || step <= SMALLEST_CAREFUL
@@ -382,16 +402,27 @@ pub fn walk(
 
 /// The checks at the end, and what the chain carries.
 #[inline]
-fn conclude(path: &Path, crossings: &[Crossing], end: End, iterations: u32, residual: f64) -> Result<Chain, Rejection> {
-    let (mut transmittance, mut kappa) = (1.0, 1.0);
+fn conclude(path: &Path, seed: &Seed, end: End, iterations: u32, residual: f64) -> Result<Chain, Rejection> {
+    let crossings = seed.crossings();
+    let (mut transmittance, mut density, mut kappa) = (1.0, [1.0; 2], 1.0);
     for (i, crossing) in crossings.iter().enumerate() {
         let (before, after) = (path.directions[i], path.directions[i + 1]);
         let passage = Passage::new(&path.vertices[i], before, after, crossing.n_i, crossing.n_o);
         if !passage.crosses(crossing.inward) {
             return Err(Rejection::WrongSide);
         }
-        transmittance *= passage.transmittance();
+        let passed = passage.transmittance();
+        transmittance *= passed;
+        density = density.map(|d| d * passed);
         kappa *= passage.kappa();
+        if let Some(tilt) = &seed.tilts()[i] {
+            let carried = tilt.carried(path.normals[i], path.vertices[i].ns, before, after);
+            if !(carried.value > 0.0) {
+                return Err(Rejection::WrongSide);
+            }
+            transmittance *= carried.value;
+            density = [density[0] * carried.density[0], density[1] * carried.density[1]];
+        }
     }
     let inverse_jacobian = path.inverse_jacobian(crossings, end);
     if !(transmittance > 0.0 && inverse_jacobian.is_finite() && kappa.is_finite()) {
@@ -406,6 +437,7 @@ fn conclude(path: &Path, crossings: &[Crossing], end: End, iterations: u32, resi
         last: -path.directions[path.len],
         inverse_jacobian,
         transmittance,
+        density,
         kappa,
         iterations,
         residual,

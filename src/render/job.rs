@@ -325,10 +325,13 @@ pub(super) fn view(world: &World, settings: &Settings) -> View {
 pub(super) fn tracer<'w>(world: &'w World, view: &View, settings: &Settings, brightness: f32) -> Tracer<'w> {
     let mut tracer = Tracer::new(world, settings.max_depth);
     tracer.camera_only = settings.integrator == Integrator::Mnee;
-    tracer.caustics = connects_through_glass(world, settings);
+    let caustics = connects_through_glass(world, settings);
+    if caustics {
+        tracer.connect_through_glass();
+    }
     // The camera's own path crosses glass before the camera at no cost; only where a light cannot be hit
     // does the connection find paths that nothing else finds.
-    tracer.camera_caustics = tracer.caustics
+    tracer.camera_caustics = caustics
         && settings.integrator == Integrator::Bdpt
         && world.requirements.delta_lights
         && matches!(view.camera.endpoint(), Endpoint::Point(_));

@@ -47,6 +47,7 @@ impl Mirror {
             weight: self.reflectance.at(wo.z),
             probability: 1.0,
             transmitted: false,
+            microfacet: None,
         }
     }
 }

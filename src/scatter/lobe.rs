@@ -8,7 +8,7 @@ use super::lambert::{CoatedLambert, Lambert};
 use super::rough_dielectric::RoughDielectric;
 use super::smooth_dielectric::SmoothDielectric;
 use super::thin::{RoughThin, SmoothThin};
-use super::{Evaluation, TransportMode};
+use super::{Evaluation, Microfacet, TransportMode};
 use crate::math::{Rgb, warp};
 use glam::{Vec2, Vec3};
 
@@ -21,6 +21,8 @@ pub(super) struct DeltaSample {
     /// Of the branch, the same number for both directions of travel.
     pub(super) probability: f32,
     pub(super) transmitted: bool,
+    /// Where the surface is rough.
+    pub(super) microfacet: Option<Microfacet>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -43,7 +45,7 @@ pub(super) enum LobeSample {
 }
 
 impl Lobe {
-    /// Whether connections may evaluate it.
+    /// Whether connections may evaluate it, or some of it.
     #[inline]
     pub(super) fn connectable(&self) -> bool {
         !matches!(self, Lobe::Mirror(_) | Lobe::SmoothDielectric(_) | Lobe::SmoothThin(_))
@@ -61,6 +63,7 @@ impl Lobe {
         let wi = match self {
             Lobe::Lambert(_) | Lobe::CoatedLambert(_) => warp::cosine_hemisphere(u),
             Lobe::RoughConductor(l) => l.sample(wo, u)?,
+            Lobe::RoughDielectric(l) if l.walked => return l.sample_walked(wo, front, mode, u_branch, u),
             Lobe::RoughDielectric(l) => l.sample(wo, front, u_branch, u)?,
             Lobe::RoughThin(l) => l.sample(wo, u_branch, u)?,
             Lobe::Mirror(l) => return Some(LobeSample::Delta(l.sample(wo))),

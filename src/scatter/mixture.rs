@@ -4,7 +4,7 @@
 //! weights of bidirectional transport need: the choice of a lobe is as likely from either direction.
 
 use super::lobe::{Lobe, LobeSample};
-use super::{BsdfSample, Evaluation, TransportMode, side};
+use super::{BsdfSample, Evaluation, Microfacet, Refraction, TransportMode, side};
 use crate::geometry::SurfacePoint;
 use crate::math::{Frame, Rgb};
 use glam::{Vec2, Vec3};
@@ -60,15 +60,31 @@ impl Mixture {
         self.entries[..self.count].iter().flatten()
     }
 
-    /// The lobes, in the order they were added.
-    /// Share times tint, and probability, of the smooth dielectric lobe.
-    pub(super) fn smooth_dielectric(&self) -> Option<(Rgb, f32)> {
-        self.iter().find_map(|e| match &e.lobe {
-            Lobe::SmoothDielectric(l) => Some((l.interface.tint * e.share, e.probability)),
-            _ => None,
+    /// What walks find of the dielectric lobe.
+    pub(super) fn refraction(&self) -> Option<Refraction> {
+        self.iter().find_map(|e| {
+            let (tint, alpha) = match &e.lobe {
+                Lobe::SmoothDielectric(l) => (l.interface.tint, 0.0),
+                Lobe::RoughDielectric(l) if l.walked => (l.interface.tint, l.ggx.alpha()),
+                _ => return None,
+            };
+            Some(Refraction { albedo: tint * e.share, probability: e.probability, alpha })
         })
     }
 
+    /// Makes walks lead through a rough dielectric lobe narrower than `alpha`; whether there is one.
+    pub(super) fn walk_rough(&mut self, alpha: f32) -> bool {
+        let mut any = false;
+        for entry in self.entries.iter_mut().flatten() {
+            if let Lobe::RoughDielectric(l) = &mut entry.lobe {
+                l.walked = l.ggx.alpha() < alpha;
+                any |= l.walked;
+            }
+        }
+        any
+    }
+
+    /// The lobes, in the order they were added.
     pub(super) fn lobes(&self) -> impl Iterator<Item = &Lobe> {
         self.iter().map(|e| &e.lobe)
     }
@@ -113,6 +129,7 @@ impl Mixture {
                     pdf: entry.probability * d.probability,
                     connectable: false,
                     transmitted: d.transmitted,
+                    microfacet: d.microfacet.map(|m| Microfacet { normal: frame.to_world(m.normal).normalize(), ..m }),
                 })
             }
             LobeSample::Connectable(wi) => {
@@ -127,6 +144,7 @@ impl Mixture {
                     pdf: e.pdf,
                     connectable: true,
                     transmitted: (cos > 0.0) != front,
+                    microfacet: None,
                 })
             }
         }

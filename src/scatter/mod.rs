@@ -58,6 +58,28 @@ pub struct BsdfSample {
     pub connectable: bool,
     /// Whether the path crossed the surface.
     pub transmitted: bool,
+    /// Where it crossed a rough surface that walks lead through.
+    pub microfacet: Option<Microfacet>,
+}
+
+/// A microfacet that was drawn by visible normals to be refracted at.
+#[derive(Clone, Copy, Debug)]
+pub struct Microfacet {
+    /// Unit normal, on the side of `wo`.
+    pub normal: Vec3,
+    /// Density with which it is drawn from `wo`, and from `wi`, both over `D(h) |n.h|`.
+    pub density: [f32; 2],
+}
+
+/// A refraction that walks lead through.
+#[derive(Clone, Copy, Debug)]
+pub struct Refraction {
+    /// The lobe's share times its tint.
+    pub albedo: Rgb,
+    /// Probability of choosing the lobe.
+    pub probability: f32,
+    /// Width of the distribution of microfacet normals; 0 for a smooth surface.
+    pub alpha: f32,
 }
 
 /// The connectable lobes' value and densities for a pair of directions.
@@ -123,17 +145,22 @@ impl Bsdf {
         self.has_delta
     }
 
-    /// Whether a lobe that is not connectable bends what it transmits; a smooth thin sheet does not.
+    /// The refraction that walks lead through, if there is one: smooth, or of [`Bsdf::walked`]. A thin sheet
+    /// bends nothing.
     #[inline]
-    pub fn has_delta_refraction(&self) -> bool {
-        self.media.is_some() && self.mixture.lobes().any(|l| matches!(l, Lobe::SmoothDielectric(_)))
+    pub fn walked_refraction(&self) -> Option<Refraction> {
+        self.media?;
+        self.mixture.refraction()
     }
 
-    /// What a smooth refraction carries beside its Fresnel factor: the lobe's share times its tint, and
-    /// the probability of choosing the lobe. `None` if nothing refracts smoothly.
-    pub fn delta_refraction(&self) -> Option<(Rgb, f32)> {
+    /// The same material with walks through its rough refraction, if it has one of a perceptual roughness
+    /// below `roughness`: sampled as before, and no longer connectable (Speierer et al. 2018, §3.2.2).
+    pub fn walked(&self, roughness: f32) -> Option<Bsdf> {
         self.media?;
-        self.mixture.smooth_dielectric()
+        let mut bsdf = self.clone();
+        let any = bsdf.mixture.walk_rough(roughness * roughness);
+        bsdf.has_delta |= any;
+        any.then_some(bsdf)
     }
 
     /// Whether the material is plain Lambertian reflection and nothing else.
@@ -169,6 +196,7 @@ impl Bsdf {
             pdf: warp::cosine_hemisphere_pdf_w(cos),
             connectable: true,
             transmitted: false,
+            microfacet: None,
         })
     }
 

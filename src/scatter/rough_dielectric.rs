@@ -4,7 +4,8 @@
 use super::fresnel::{bend, dielectric, reflect, reflectance, refraction_cosine};
 use super::ggx::Ggx;
 use super::smooth_dielectric::Interface;
-use super::{Evaluation, TransportMode};
+use super::lobe::{DeltaSample, LobeSample};
+use super::{Evaluation, Microfacet, TransportMode};
 use crate::math::Rgb;
 use glam::{Vec2, Vec3};
 
@@ -16,8 +17,11 @@ const MIN_REFRACTION_WIDTH: f32 = 1e-4;
 /// Rough boundary.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RoughDielectric {
-    interface: Interface,
-    ggx: Ggx,
+    pub(super) interface: Interface,
+    pub(super) ggx: Ggx,
+    /// Whether manifold walks lead through it, so that no connection evaluates its refraction. Its
+    /// reflection stays what it is.
+    pub(super) walked: bool,
 }
 
 impl RoughDielectric {
@@ -26,12 +30,18 @@ impl RoughDielectric {
         let ggx = Ggx::new(roughness)?;
         let (a, b) = (interface.inside, interface.outside);
         let width = ggx.alpha() * (a - b).abs() / a.max(b);
-        (width >= MIN_REFRACTION_WIDTH).then_some(RoughDielectric { interface, ggx })
+        (width >= MIN_REFRACTION_WIDTH).then_some(RoughDielectric { interface, ggx, walked: false })
     }
 
     /// A visible microfacet, then its reflection with probability F, else its refraction.
     #[inline]
     pub(super) fn sample(&self, wo: Vec3, front: bool, u_branch: f32, u: Vec2) -> Option<Vec3> {
+        self.draw(wo, front, u_branch, u).map(|(wi, _)| wi)
+    }
+
+    /// The same, with the microfacet's normal.
+    #[inline]
+    fn draw(&self, wo: Vec3, front: bool, u_branch: f32, u: Vec2) -> Option<(Vec3, Vec3)> {
         let (n_1, n_2) = self.interface.indices(front);
         let h = self.ggx.sample(wo, u);
         let cos_1 = wo.dot(h).clamp(0.0, 1.0);
@@ -39,17 +49,56 @@ impl RoughDielectric {
             && u_branch >= reflectance(n_1, cos_1, n_2, cos_2)
         {
             let wi = bend(wo, h, n_1 / n_2, cos_1, cos_2);
-            return (wi.z < 0.0).then_some(wi);
+            return (wi.z < 0.0).then_some((wi, h));
         }
         let wi = reflect(wo, h);
-        (wi.z > 0.0).then_some(wi)
+        (wi.z > 0.0).then_some((wi, h))
+    }
+
+    /// The same, where walks lead through it.
+    #[inline]
+    pub(super) fn sample_walked(
+        &self,
+        wo: Vec3,
+        front: bool,
+        mode: TransportMode,
+        u_branch: f32,
+        u: Vec2,
+    ) -> Option<LobeSample> {
+        let (wi, normal) = self.draw(wo, front, u_branch, u)?;
+        if wi.z > 0.0 {
+            return Some(LobeSample::Connectable(wi));
+        }
+        let (n_1, n_2) = self.interface.indices(front);
+        let (cos_1, cos_2) = (wo.dot(normal).clamp(0.0, 1.0), -wi.dot(normal));
+        let (v_1, v_2) = (self.ggx.v(wo), self.ggx.v(wi));
+        let ratio = n_1 / n_2;
+        let scale = match mode {
+            TransportMode::Radiance => ratio * ratio,
+            TransportMode::Importance => 1.0,
+        };
+        Some(LobeSample::Delta(DeltaSample {
+            wi,
+            weight: self.interface.tint * (scale * 2.0 * v_2 * -wi.z),
+            probability: 1.0 - reflectance(n_1, cos_1, n_2, cos_2.min(1.0)),
+            transmitted: true,
+            microfacet: Some(Microfacet {
+                normal,
+                density: [2.0 * v_1 * cos_1 / normal.z, 2.0 * v_2 * cos_2 / normal.z],
+            }),
+        }))
     }
 
     #[inline]
     pub(super) fn evaluate(&self, wo: Vec3, wi: Vec3, front: bool, mode: TransportMode) -> Evaluation {
         let (n_1, n_2) = self.interface.indices(front);
-        let evaluation =
-            if wi.z > 0.0 { self.reflection(wo, wi, n_1, n_2) } else { self.refraction(wo, wi, n_1, n_2, mode) };
+        let evaluation = if wi.z > 0.0 {
+            self.reflection(wo, wi, n_1, n_2)
+        } else if self.walked {
+            None
+        } else {
+            self.refraction(wo, wi, n_1, n_2, mode)
+        };
         evaluation.unwrap_or_default()
     }
 

@@ -47,10 +47,12 @@ impl SmoothDielectric {
                     weight: self.interface.tint * scale,
                     probability: 1.0 - f,
                     transmitted: true,
+                    microfacet: None,
                 }
             }
             _ => {
-                DeltaSample { wi: Vec3::new(-wo.x, -wo.y, wo.z), weight: Rgb::ONE, probability: f, transmitted: false }
+                let wi = Vec3::new(-wo.x, -wo.y, wo.z);
+                DeltaSample { wi, weight: Rgb::ONE, probability: f, transmitted: false, microfacet: None }
             }
         }
     }

@@ -34,9 +34,11 @@ impl SmoothThin {
     pub(super) fn sample(&self, wo: Vec3, u: f32) -> DeltaSample {
         let r = self.sheet.reflectance(wo.z);
         if u < r {
-            DeltaSample { wi: Vec3::new(-wo.x, -wo.y, wo.z), weight: Rgb::ONE, probability: r, transmitted: false }
+            let wi = Vec3::new(-wo.x, -wo.y, wo.z);
+            DeltaSample { wi, weight: Rgb::ONE, probability: r, transmitted: false, microfacet: None }
         } else {
-            DeltaSample { wi: -wo, weight: self.sheet.tint, probability: 1.0 - r, transmitted: true }
+            let weight = self.sheet.tint;
+            DeltaSample { wi: -wo, weight, probability: 1.0 - r, transmitted: true, microfacet: None }
         }
     }
 }

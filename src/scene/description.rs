@@ -72,7 +72,14 @@ pub struct Material {
     pub emission: Rgb,
     /// Whether the back side emits too.
     pub emission_two_sided: bool,
+    /// Refraction of a lower roughness than this is crossed by manifold walks, with microfacets drawn
+    /// beforehand, where caustic connections are made; else it is evaluated as any surface that scatters.
+    /// 0 to 1; smooth refraction is always crossed.
+    pub walked_roughness: f32,
 }
+
+/// Default of [`Material::walked_roughness`].
+pub const WALKED_ROUGHNESS: f32 = 0.25;
 
 /// How a surface scatters. Roughness is perceptual: the GGX width is its square.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -35,7 +35,7 @@ pub(super) fn fingerprint(d: &Description) -> u64 {
     }
     // Debug formatting of numbers is exact (shortest round-trip), and writing to a hash cannot fail.
     for m in &d.materials {
-        let _ = write!(h, "{:?}{:?}{}", m.scattering, m.emission, m.emission_two_sided);
+        let _ = write!(h, "{:?}{:?}{}{}", m.scattering, m.emission, m.emission_two_sided, m.walked_roughness);
     }
     for i in &d.instances {
         let _ = write!(h, "{:?}{}{:?}", i.geometry, i.material, i.transform);

@@ -88,6 +88,7 @@ pub(super) fn validate(d: &Description) -> Result<(), SceneError> {
     for (index, material) in d.materials.iter().enumerate() {
         let object = Object { kind: "material", index, name: &material.name };
         object.color("emission", material.emission, f32::MAX)?;
+        object.range("walked_roughness", material.walked_roughness.into(), 0.0, 1.0)?;
         validate_scattering(&object, &material.scattering)?;
     }
     for (index, instance) in d.instances.iter().enumerate() {

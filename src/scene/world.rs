@@ -46,7 +46,7 @@ pub struct Requirements {
     pub media: bool,
     /// Some medium absorbs: segments have a transmittance.
     pub absorption: bool,
-    /// Some surface refracts smoothly, and there is light: caustic connections exist.
+    /// Some surface refracts smoothly, or nearly so, and there is light: caustic connections exist.
     pub caustics: bool,
     /// Some light is a point or at one direction, so that no camera path hits it.
     pub delta_lights: bool,
@@ -56,7 +56,17 @@ pub struct Requirements {
     pub lights: bool,
 }
 
-/// A shape that refracts smoothly.
+/// What walks lead through, where some of that is rough: caustic connections see these materials in place
+/// of [`World::bsdfs`].
+#[derive(Clone, Debug)]
+pub struct Walked {
+    /// Compiled materials; rough refraction below its material's threshold is not connectable.
+    pub bsdfs: Vec<Bsdf>,
+    /// The shapes that refract smoothly, or so.
+    pub refractors: Vec<Refractor>,
+}
+
+/// A shape whose refraction walks lead through.
 #[derive(Clone, Copy, Debug)]
 pub struct Refractor {
     /// Which.
@@ -91,6 +101,8 @@ pub struct World {
     pub cameras: Vec<description::Camera>,
     /// The shapes that refract smoothly: a segment outside all of their boxes sees no glass.
     pub refractors: Vec<Refractor>,
+    /// With rough ones; `None` if there are none.
+    pub walked: Option<Walked>,
     /// What is switched on.
     pub requirements: Requirements,
     /// Where the world's origin lies in the description's space: 0, unless the scene is so far from
@@ -150,16 +162,14 @@ impl World {
         let intersector = intersect::build(options.backend, &shapes, threads)
             .map_err(|error| SceneError::Backend(error.to_string()))?;
 
-        let refractors: Vec<Refractor> = (0..)
-            .zip(shapes.iter().zip(&shape_material))
-            .filter(|(_, (_, m))| bsdfs[**m as usize].has_delta_refraction())
-            .map(|(index, (shape, _))| {
-                let (low, high) = padded(shape.bounds());
-                Refractor { shape: index, low, high, curved: shape.is_curved() }
-            })
-            .collect();
+        let refractors = refractors(&shapes, &shape_material, &bsdfs);
+        let walked = walked(description, &bsdfs).map(|bsdfs| Walked {
+            refractors: self::refractors(&shapes, &shape_material, &bsdfs),
+            bsdfs,
+        });
+        let glass = walked.as_ref().map_or(&refractors, |w| &w.refractors);
         let requirements = Requirements {
-            caustics: !refractors.is_empty() && !lights.is_empty(),
+            caustics: !glass.is_empty() && !lights.is_empty(),
             delta_lights: description.lights.iter().any(|l| l.kind.emits()),
             media: boundaries.iter().any(Option::is_some),
             absorption: media.iter().any(|m| m.absorption != Rgb::ZERO),
@@ -177,6 +187,7 @@ impl World {
             intersector,
             cameras: description.cameras.clone(),
             refractors,
+            walked,
             requirements,
             origin,
             bounds,
@@ -280,6 +291,29 @@ impl World {
         }
         media
     }
+}
+
+/// The materials for caustic connections, if some of them have rough refraction to walk through.
+fn walked(description: &Description, bsdfs: &[Bsdf]) -> Option<Vec<Bsdf>> {
+    let mut any = false;
+    let walked = description.materials.iter().zip(bsdfs).map(|(material, bsdf)| {
+        let walked = bsdf.walked(material.walked_roughness);
+        any |= walked.is_some();
+        walked.unwrap_or_else(|| bsdf.clone())
+    });
+    let walked = walked.collect();
+    any.then_some(walked)
+}
+
+/// The shapes that walks lead through.
+fn refractors(shapes: &[Shape], shape_material: &[u32], bsdfs: &[Bsdf]) -> Vec<Refractor> {
+    let shapes = (0..).zip(shapes.iter().zip(shape_material));
+    let refracting = shapes.filter(|(_, (_, m))| bsdfs[**m as usize].walked_refraction().is_some());
+    let refractor = |(shape, (geometry, _)): (u32, (&Shape, &u32))| {
+        let (low, high) = padded(geometry.bounds());
+        Refractor { shape, low, high, curved: geometry.is_curved() }
+    };
+    refracting.map(refractor).collect()
 }
 
 /// A box a little larger, by far more than the rounding of a hit.

@@ -13,7 +13,9 @@ use super::interfaces::{Refractors, meets_box};
 use super::roulette::Roulette;
 use crate::camera::Endpoint;
 use crate::geometry::{Ray, Shape};
-use crate::manifold::{Crossing, End, MAX_CHAIN, MAX_STARTS, Rejection, Seed, Source, WalkSettings, starts, walk};
+use crate::manifold::{
+    Crossing, End, MAX_CHAIN, MAX_STARTS, Rejection, Seed, Source, Tilt, WalkSettings, starts, walk,
+};
 use crate::math::Rgb;
 use crate::scene::world::MediumId;
 use glam::{DVec3, Vec3};
@@ -114,16 +116,30 @@ pub enum Sight {
 }
 
 /// The refracting surfaces on a straight segment.
+#[derive(Default)]
 pub struct Seen {
     seed: Seed,
     /// Medium of each segment.
     media: [MediumId; MAX_CHAIN + 1],
+    /// Width of each crossing's distribution of microfacet normals; 0 where it is smooth.
+    alphas: [f32; MAX_CHAIN],
 }
 
 impl Seen {
     /// Segments of a path through the chain: one more than it has vertices.
     pub(super) fn segments(&self) -> u32 {
         self.seed.crossings().len() as u32 + 1
+    }
+
+    /// Whether any crossing is rough.
+    pub(super) fn is_rough(&self) -> bool {
+        self.alphas != [0.0; MAX_CHAIN]
+    }
+
+    /// The rough crossings, with the width of their distribution of normals.
+    fn rough(&self) -> impl Iterator<Item = (usize, f64)> + use<> {
+        let rough = (0..).zip(self.alphas).filter(|(_, alpha)| *alpha > 0.0);
+        rough.map(|(i, alpha)| (i, f64::from(alpha)))
     }
 }
 
@@ -150,8 +166,9 @@ pub struct CausticEdge {
     pub index_ratio: f64,
     /// Fresnel, tint and absorption of the whole chain.
     pub transmittance: Rgb,
-    /// Probability that a random walk chooses the lobes of the chain.
-    pub probability: f64,
+    /// Probability that a subpath scatters along the chain, toward the light and toward the camera, see
+    /// [`super::vertex::EdgeRecord::chain_probability`].
+    pub probability: [f64; 2],
     /// Reciprocal of the probability with which the start that led here was tried.
     pub attempt: f32,
 }
@@ -272,7 +289,7 @@ impl Tracer<'_> {
     /// The segment, if it meets a box around glass; without one there is no chain on it.
     #[inline]
     pub(super) fn toward_glass(&self, a: &Endpoint, b: &Endpoint) -> Option<Ray> {
-        segment(a, b).filter(|ray| self.world.refractors.iter().any(|r| meets_box(ray, r.low, r.high)))
+        segment(a, b).filter(|ray| self.refractors.iter().any(|r| meets_box(ray, r.low, r.high)))
     }
 
     /// What lies on the segment `ray` from `a` to `b`: the visibility test and, where refracting surfaces
@@ -287,8 +304,8 @@ impl Tracer<'_> {
             let Some(hit) = world.intersector.closest(&ray) else {
                 return seen.map_or(Sight::Clear, Sight::Refracted);
             };
-            let bsdf = world.bsdf(hit.shape);
-            let (Some(boundary), true) = (world.boundary(hit.shape), bsdf.has_delta_refraction()) else {
+            let bsdf = self.bsdf(hit.shape);
+            let (Some(boundary), Some(refraction)) = (world.boundary(hit.shape), bsdf.walked_refraction()) else {
                 return Sight::Blocked;
             };
             let shape = &world.shapes[hit.shape as usize];
@@ -310,7 +327,7 @@ impl Tracer<'_> {
             let before = boundary.medium_toward(&at, -ray.direction);
             let after = boundary.medium_toward(&at, ray.direction);
             let index = |m: MediumId| f64::from(world.media[m as usize].ior);
-            let seen = seen.get_or_insert_with(|| Box::new(Seen { seed: Seed::default(), media: [0; MAX_CHAIN + 1] }));
+            let seen = seen.get_or_insert_with(|| Box::<Seen>::default());
             let crossing = Crossing {
                 interface: hit.shape,
                 inward: at.ng.dot(ray.direction) < 0.0,
@@ -323,6 +340,7 @@ impl Tracer<'_> {
             let crossed = seen.seed.crossings().len();
             seen.media[crossed - 1] = before;
             seen.media[crossed] = after;
+            seen.alphas[crossed - 1] = refraction.alpha;
             // Onward to the same end.
             ray = match b {
                 Endpoint::Surface(b) => Ray::between(&at, b),
@@ -398,14 +416,14 @@ impl Tracer<'_> {
             kappa: chain.kappa,
             index_ratio,
             transmittance: Rgb::splat(chain.transmittance as f32),
-            probability: chain.transmittance,
+            probability: chain.density,
             attempt: 1.0,
         };
         for (i, crossing) in crossings.iter().enumerate() {
-            let (albedo, probability) = world.bsdf(crossing.interface).delta_refraction()?;
+            let refraction = self.bsdf(crossing.interface).walked_refraction()?;
             edge.shapes[i] = crossing.interface;
-            edge.transmittance *= albedo;
-            edge.probability *= f64::from(probability);
+            edge.transmittance *= refraction.albedo;
+            edge.probability = edge.probability.map(|p| p * f64::from(refraction.probability));
         }
         if world.requirements.absorption {
             for (length, medium) in chain.lengths().iter().zip(seen.media) {
@@ -418,8 +436,8 @@ impl Tracer<'_> {
     /// First directions of the walks after the one from the straight segment.
     fn starts(&self, a: &Endpoint, b: &Endpoint, seen: &Seen) -> impl Iterator<Item = DVec3> + use<> {
         let curved = seen.seed.crossings().iter().zip(seen.seed.vertices()).find_map(|(crossing, vertex)| {
-            let i = self.world.refractors.binary_search_by_key(&crossing.interface, |r| r.shape).ok()?;
-            let refractor = &self.world.refractors[i];
+            let i = self.refractors.binary_search_by_key(&crossing.interface, |r| r.shape).ok()?;
+            let refractor = &self.refractors[i];
             refractor.curved.then_some((refractor, vertex.p))
         });
         let (directions, count) = curved.map_or(([DVec3::Z; MAX_STARTS], 0), |(refractor, near)| {
@@ -432,9 +450,15 @@ impl Tracer<'_> {
         directions.into_iter().take(count)
     }
 
-    /// `S(a, b)`, by which a connection joins two ends: fills [`Tracer::chains`] with different chains.
-    pub(super) fn connect_chains(&mut self, a: &Endpoint, b: &Endpoint, seen: &Seen) {
+    /// `S(a, b)`, by which a connection joins two ends: fills [`Tracer::chains`] with different chains. At
+    /// rough surfaces they refract at microfacets that are drawn here.
+    pub(super) fn connect_chains(&mut self, a: &Endpoint, b: &Endpoint, seen: &mut Seen) {
         self.walks.connections += 1;
+        for (i, alpha) in seen.rough() {
+            let u = self.roulette.next_2d().as_dvec2();
+            seen.seed.tilt(i, Tilt::sample(seen.seed.vertices()[i].ns, alpha, u));
+        }
+        let seen = &*seen;
         let start = self.walks.connections.is_multiple_of(TIMED).then(Instant::now);
         self.chains.clear();
         let settings = self.options.walk;
@@ -455,7 +479,7 @@ impl Tracer<'_> {
     }
 
     /// Whether a connection of `a` and `b` would have found a chain that was sampled: through `shapes`,
-    /// leaving `a` along `first` and `b` along `last`.
+    /// at their [`Tracer::microfacets`], leaving `a` along `first` and `b` along `last`.
     pub(super) fn confirm(
         &mut self,
         a: &Endpoint,
@@ -465,9 +489,13 @@ impl Tracer<'_> {
         last: Vec3,
     ) -> Option<CausticEdge> {
         let ray = self.toward_glass(a, b)?;
-        let Sight::Refracted(seen) = self.sight(ray, a, b) else { return None };
+        let Sight::Refracted(mut seen) = self.sight(ray, a, b) else { return None };
         if !seen.seed.crossings().iter().map(|c| c.interface).eq(shapes.iter().copied()) {
             return None;
+        }
+        for (i, alpha) in seen.rough() {
+            let [n, h] = self.microfacets[i].map(|v| v.as_dvec3());
+            seen.seed.tilt(i, Tilt::of(seen.seed.vertices()[i].ns, n, h, alpha));
         }
         self.walks.checks += 1;
         let (settings, close) = match self.options.check {

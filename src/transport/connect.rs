@@ -86,8 +86,8 @@ impl Tracer<'_> {
                         return Some(light);
                     }
                     Sight::Blocked => return None,
-                    Sight::Refracted(seen) if a.segments + seen.segments() <= self.max_depth => {
-                        self.connect_chains(&from, &at, &seen);
+                    Sight::Refracted(mut seen) if a.segments + seen.segments() <= self.max_depth => {
+                        self.connect_chains(&from, &at, &mut seen);
                         return self.caustic_next_event(&a, light, at, direct, attempt);
                     }
                     Sight::Refracted(_) => return None,
@@ -106,7 +106,7 @@ impl Tracer<'_> {
     fn regular_next_event(&self, a: &Vertex, u_light: f32, u: Vec2) -> Option<(Joined, LightVertex, Ray)> {
         let world = self.world;
         let light = world.lights.sample_direct(&world.shapes, a.at.p, u_light, u)?;
-        let scattering = world.bsdf(a.at.shape).evaluate(&a.at, a.wo, light.wi, TransportMode::Radiance);
+        let scattering = self.bsdf(a.at.shape).evaluate(&a.at, a.wo, light.wi, TransportMode::Radiance);
         let mut value = a.beta * scattering.f * a.cos_s(light.wi) * light.incident;
         if !(value.max_element() > 0.0) {
             return None;
@@ -152,8 +152,8 @@ impl Tracer<'_> {
             {
                 match self.sight(ray, &from, &to) {
                     Sight::Clear => self.joined.extend(regular.map(|(joined, _)| joined)),
-                    Sight::Refracted(seen) if segments + seen.segments() <= self.max_depth => {
-                        self.connect_chains(&from, &to, &seen);
+                    Sight::Refracted(mut seen) if segments + seen.segments() <= self.max_depth => {
+                        self.connect_chains(&from, &to, &mut seen);
                         self.caustic_connect(i, j, attempt);
                     }
                     Sight::Blocked | Sight::Refracted(_) => {}
@@ -177,11 +177,11 @@ impl Tracer<'_> {
         if !(d2 > 0.0) {
             return None;
         }
-        let at_a = world.bsdf(a.at.shape).evaluate(&a.at, a.wo, w, TransportMode::Radiance);
+        let at_a = self.bsdf(a.at.shape).evaluate(&a.at, a.wo, w, TransportMode::Radiance);
         if at_a.f == Rgb::ZERO {
             return None;
         }
-        let at_b = world.bsdf(b.at.shape).evaluate(&b.at, b.wo, -w, TransportMode::Importance);
+        let at_b = self.bsdf(b.at.shape).evaluate(&b.at, b.wo, -w, TransportMode::Importance);
         if at_b.f == Rgb::ZERO {
             return None;
         }
@@ -215,8 +215,8 @@ impl Tracer<'_> {
             {
                 match self.sight(ray, &pinhole, &to) {
                     Sight::Clear => self.joined.extend(regular.map(|(joined, _)| joined)),
-                    Sight::Refracted(seen) if segments + seen.segments() <= self.max_depth => {
-                        self.connect_chains(&pinhole, &to, &seen);
+                    Sight::Refracted(mut seen) if segments + seen.segments() <= self.max_depth => {
+                        self.connect_chains(&pinhole, &to, &mut seen);
                         self.caustic_to_camera(camera, pinhole, j, attempt);
                     }
                     Sight::Blocked | Sight::Refracted(_) => {}
@@ -237,7 +237,7 @@ impl Tracer<'_> {
         let world = self.world;
         let b = &self.light_vertices[j];
         let seen = camera.connect(b.at.p)?;
-        let scattering = world.bsdf(b.at.shape).evaluate(&b.at, b.wo, seen.wi, TransportMode::Importance);
+        let scattering = self.bsdf(b.at.shape).evaluate(&b.at, b.wo, seen.wi, TransportMode::Importance);
         let forward = seen.density * b.cos_g(seen.wi) as f64;
         let mut value = b.beta * scattering.f * (forward as f32 * b.incident_adjoint());
         if !(value.max_element() > 0.0) {
@@ -253,6 +253,44 @@ impl Tracer<'_> {
         Some((joined, Ray::to_point(&b.at, seen.target)))
     }
 
+    /// Connection of the camera with a light that no path hits, through rough glass: no other technique has
+    /// these paths. (Behind smooth glass such a light is a point, of which no pixel shows anything.)
+    pub fn light_to_camera(&mut self, camera: &Camera, sampler: &mut Sampler) -> Option<LightVertex> {
+        self.joined.clear();
+        let world = self.world;
+        if !self.camera_caustics || world.walked.is_none() {
+            return None;
+        }
+        let pinhole = camera.endpoint();
+        let p = pinhole.position();
+        let (u_light, u) = (sampler.next_1d(), sampler.next_2d());
+        let (light, at, direct) = world.lights.sample_vertex(&world.shapes, p, u_light, u)?;
+        let ray = self.toward_glass(&pinhole, &at)?;
+        if world.lights.densities(&world.shapes, light, &at, -ray.direction, p).hittable {
+            return None;
+        }
+        let Sight::Refracted(mut seen) = self.sight(ray, &pinhole, &at) else { return None };
+        if !seen.is_rough() || seen.segments() > self.max_depth {
+            return None;
+        }
+        self.connect_chains(&pinhole, &at, &mut seen);
+        let mut vertex = None;
+        for chain in &self.chains {
+            let Some(seen) = camera.connect(p + chain.first) else { continue };
+            let emitted = world.lights.emitted(light, &at, chain.last);
+            let scale = camera.density(chain.first, 1.0) * chain.index_ratio / direct;
+            let value = emitted * chain.transmittance * scale as f32;
+            if !(value.max_element() > 0.0) {
+                continue;
+            }
+            let densities = world.lights.densities(&world.shapes, light, &at, chain.last, p);
+            let joined = Joined::caustic(value, 1.0, 1.0, 0.0, chain).attempted(chain.attempt);
+            self.joined.push(Joined { raster: seen.raster, densities: Some(densities), ..joined });
+            vertex = Some(LightVertex { light, at, densities });
+        }
+        vertex
+    }
+
     /// Next-event estimation through glass: manifold next-event estimation (Hanika et al. 2015).
     fn caustic_next_event(
         &mut self,
@@ -266,7 +304,7 @@ impl Tracer<'_> {
         let mut vertex = None;
         for chain in &self.chains {
             let emitted = world.lights.emitted(light, &at, chain.last);
-            let scattering = world.bsdf(a.at.shape).evaluate(&a.at, a.wo, chain.first, TransportMode::Radiance);
+            let scattering = self.bsdf(a.at.shape).evaluate(&a.at, a.wo, chain.first, TransportMode::Radiance);
             let radiance = emitted * chain.transmittance * chain.index_ratio as f32;
             let value = a.beta * scattering.f * a.cos_s(chain.first) * radiance;
             if !(value.max_element() > 0.0) {
@@ -279,9 +317,10 @@ impl Tracer<'_> {
                 Endpoint::Point(_) | Endpoint::Infinite(_) => 1.0,
             };
             let remainder = if self.camera_only { 0.0 } else { a.partial.at(f64::from(scattering.pdf_reverse)) };
+            let [toward_light, toward_camera] = chain.probability;
             let emission =
-                densities.position * densities.direction * chain.probability * chain.etendue_ratio(cos_a, cos_b);
-            let hit = if densities.hittable { f64::from(scattering.pdf) * chain.probability } else { 0.0 };
+                densities.position * densities.direction * toward_camera * chain.etendue_ratio(cos_a, cos_b);
+            let hit = if densities.hittable { f64::from(scattering.pdf) * toward_light } else { 0.0 };
             let others = emission * remainder + hit;
             let joined = Joined::caustic(value / direct as f32, cos_b, direct, others, chain);
             self.joined.push(Joined { densities: Some(densities), ..joined.attempted(attempt * chain.attempt) });
@@ -292,22 +331,22 @@ impl Tracer<'_> {
 
     /// Connection of two surface vertices through glass.
     fn caustic_connect(&mut self, i: usize, j: usize, attempt: f32) {
-        let world = self.world;
         let (a, b) = (&self.camera_vertices[i], &self.light_vertices[j]);
         for chain in &self.chains {
-            let at_a = world.bsdf(a.at.shape).evaluate(&a.at, a.wo, chain.first, TransportMode::Radiance);
-            let at_b = world.bsdf(b.at.shape).evaluate(&b.at, b.wo, chain.last, TransportMode::Importance);
+            let at_a = self.bsdf(a.at.shape).evaluate(&a.at, a.wo, chain.first, TransportMode::Radiance);
+            let at_b = self.bsdf(b.at.shape).evaluate(&b.at, b.wo, chain.last, TransportMode::Importance);
             let geometry = a.cos_s(chain.first) * b.incident_adjoint() * chain.index_ratio as f32;
             let value = a.beta * at_a.f * chain.transmittance * at_b.f * b.beta * geometry;
             if !(value.max_element() > 0.0) {
                 continue;
             }
             let (cos_a, cos_b) = (f64::from(a.cos_g(chain.first)), f64::from(b.cos_g(chain.last)));
+            let [toward_light, toward_camera] = chain.probability;
             let camera_side = f64::from(at_b.pdf)
-                * chain.probability
+                * toward_camera
                 * chain.etendue_ratio(cos_a, cos_b)
                 * a.partial.at(f64::from(at_a.pdf_reverse));
-            let light_side = f64::from(at_a.pdf) * chain.probability * b.partial.at(f64::from(at_b.pdf_reverse));
+            let light_side = f64::from(at_a.pdf) * toward_light * b.partial.at(f64::from(at_b.pdf_reverse));
             let joined = Joined::caustic(value, cos_b, 1.0, camera_side + light_side, chain);
             self.joined.push(joined.attempted(attempt * chain.attempt));
         }
@@ -315,21 +354,20 @@ impl Tracer<'_> {
 
     /// Connection of light vertex `j` with a pinhole through glass.
     fn caustic_to_camera(&mut self, camera: &Camera, pinhole: Endpoint, j: usize, attempt: f32) {
-        let world = self.world;
         let b = &self.light_vertices[j];
         let Endpoint::Point(p) = pinhole else { return };
         for chain in &self.chains {
             let Some(seen) = camera.connect(p + chain.first) else { continue };
             // Per solid angle at the pinhole.
             let density = camera.density(chain.first, 1.0);
-            let at_b = world.bsdf(b.at.shape).evaluate(&b.at, b.wo, chain.last, TransportMode::Importance);
+            let at_b = self.bsdf(b.at.shape).evaluate(&b.at, b.wo, chain.last, TransportMode::Importance);
             let scale = density as f32 * b.incident_adjoint() * chain.index_ratio as f32;
             let value = chain.transmittance * at_b.f * b.beta * scale;
             if !(value.max_element() > 0.0) {
                 continue;
             }
             let cos_b = f64::from(b.cos_g(chain.last));
-            let light_side = density * chain.probability * b.partial.at(f64::from(at_b.pdf_reverse));
+            let light_side = density * chain.probability[0] * b.partial.at(f64::from(at_b.pdf_reverse));
             let joined = Joined::caustic(value, cos_b, 1.0, light_side, chain);
             self.joined.push(Joined { raster: seen.raster, ..joined.attempted(attempt * chain.attempt) });
         }

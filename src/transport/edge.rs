@@ -40,7 +40,8 @@ pub(super) struct OpenEdge {
     pub(super) at_infinity: bool,
     pub(super) medium: MediumId,
     pub(super) chain: u32,
-    pub(super) probability: f64,
+    /// Of scattering along the chain, and against the walk.
+    pub(super) probability: [f64; 2],
     pub(super) kappa: f64,
     pub(super) direction: Vec3,
     /// Shapes of the chain, as far as they fit.
@@ -61,7 +62,7 @@ impl OpenEdge {
             at_infinity: false,
             medium,
             chain: 0,
-            probability: 1.0,
+            probability: [1.0; 2],
             kappa: 1.0,
             direction: Vec3::ZERO,
             shapes: [0; MAX_CHAIN],
@@ -78,16 +79,17 @@ impl OpenEdge {
         mode: TransportMode,
         end: &EdgeEnd,
     ) -> (f64, f64, EdgeRecord) {
+        let [along, against] = self.probability;
         let mut record = EdgeRecord {
             chain: self.chain,
             shapes: self.shapes,
             refracted: self.refracted,
-            chain_probability: self.probability,
+            chain_probability: [along, against],
             etendue_ratio: 0.0,
             technique: 1.0,
             departure: self.direction,
         };
-        let forward = self.forward * self.probability;
+        let forward = self.forward * along;
         if self.chain == 0 {
             let (to_end, to_start) = if end.at_infinity {
                 (1.0, self.cos)
@@ -114,11 +116,12 @@ impl OpenEdge {
         match mode {
             TransportMode::Radiance => {
                 record.etendue_ratio = start * kappa * self.cos / (here * end.cos);
-                (forward, record.etendue_ratio * self.probability, record)
+                (forward, record.etendue_ratio * against, record)
             }
             TransportMode::Importance => {
                 record.etendue_ratio = here * kappa * end.cos / (start * self.cos);
-                (forward * record.etendue_ratio, self.probability, record)
+                record.chain_probability = [against, along];
+                (forward * record.etendue_ratio, against, record)
             }
         }
     }
@@ -165,7 +168,7 @@ impl Tracer<'_> {
                     TransportMode::Radiance => &self.camera_vertices[index],
                     TransportMode::Importance => &self.light_vertices[index],
                 };
-                let bsdf = self.world.bsdf(vertex.at.shape);
+                let bsdf = self.bsdf(vertex.at.shape);
                 let value = bsdf.evaluate(&vertex.at, vertex.wo, direction, walk.mode);
                 edge.forward = if value.pdf > 0.0 { value.pdf } else { sampled_density } as f64;
                 edge.remainder = vertex.partial.at(value.pdf_reverse as f64);
@@ -243,6 +246,7 @@ impl Tracer<'_> {
             TransportMode::Radiance => self.confirm(&start, at, shapes, edge.direction, *wo),
             TransportMode::Importance => {
                 shapes.reverse();
+                self.microfacets[..shapes.len()].reverse();
                 self.confirm(at, &start, shapes, *wo, edge.direction)
             }
         };
@@ -258,7 +262,11 @@ impl Tracer<'_> {
             }
             *wo = arrival;
             edge.kappa = found.kappa;
-            edge.probability = found.probability;
+            let [toward_light, toward_camera] = found.probability;
+            edge.probability = match mode {
+                TransportMode::Radiance => [toward_light, toward_camera],
+                TransportMode::Importance => [toward_camera, toward_light],
+            };
         }
         found.weight_inverse_jacobian / cos_b(edge, end)
     }

@@ -13,9 +13,10 @@ use crate::camera::{Camera, Endpoint};
 use crate::geometry::ray::segment;
 use crate::geometry::{Ray, SurfacePoint};
 use crate::math::{Rgb, Sampler, Stream};
-use crate::scatter::TransportMode;
+use crate::manifold::MAX_CHAIN;
+use crate::scatter::{Bsdf, Microfacet, TransportMode};
 use crate::scene::World;
-use crate::scene::world::MediumId;
+use crate::scene::world::{MediumId, Refractor};
 use glam::Vec3;
 
 /// Scattering events before Russian roulette begins. Three keeps the short paths, which carry most
@@ -109,9 +110,16 @@ pub struct Tracer<'w> {
     pub rays: RayCount,
     /// Manifold walks so far.
     pub walks: WalkCount,
-    /// Whether caustic connections are made.
-    pub caustics: bool,
-    /// Whether the camera is connected through glass (t = 1), see [`Tracer::new`].
+    /// Whether caustic connections are made: see [`Tracer::connect_through_glass`].
+    pub(super) caustics: bool,
+    /// Compiled materials, as this tracer sees them.
+    bsdfs: &'w [Bsdf],
+    /// The shapes that walks lead through.
+    pub(super) refractors: &'w [Refractor],
+    /// Along the open edge's chain, where it crossed rough surfaces: the normals of the surface and of the
+    /// microfacet, both to the front.
+    pub(super) microfacets: [[Vec3; 2]; MAX_CHAIN],
+    /// Whether the camera is connected through glass (t = 1).
     pub camera_caustics: bool,
     /// Camera subpaths alone: next-event estimation and hits are the only techniques.
     pub camera_only: bool,
@@ -156,6 +164,9 @@ impl<'w> Tracer<'w> {
             rays: RayCount::default(),
             walks: WalkCount::default(),
             caustics: false,
+            bsdfs: &world.bsdfs,
+            refractors: &world.refractors,
+            microfacets: [[Vec3::ZERO; 2]; MAX_CHAIN],
             camera_caustics: false,
             camera_only: false,
             joined: Vec::new(),
@@ -164,6 +175,20 @@ impl<'w> Tracer<'w> {
             roulette: Sampler::new(0, 0, 0, Stream::Caustic),
             brightness: 0.0,
         }
+    }
+
+    /// Makes caustic connections, if the scene has glass for them.
+    pub fn connect_through_glass(&mut self) {
+        self.caustics = self.world.requirements.caustics;
+        if let Some(walked) = &self.world.walked {
+            (self.bsdfs, self.refractors) = (&walked.bsdfs, &walked.refractors);
+        }
+    }
+
+    /// The compiled material of a shape.
+    #[inline]
+    pub fn bsdf(&self, shape: u32) -> &'w Bsdf {
+        &self.bsdfs[self.world.shape_material[shape as usize] as usize]
     }
 
     /// Walks from the camera through `raster`; fills [`Self::camera_vertices`] and
@@ -279,7 +304,7 @@ impl<'w> Tracer<'w> {
             {
                 self.hit_light(&walk, &mut edge, &mut end, light, &at, wo);
             }
-            let bsdf = world.bsdf(hit.shape);
+            let bsdf = self.bsdf(hit.shape);
             if bsdf.connectable() {
                 let place = Endpoint::Surface(at);
                 let (partial, record) = self.close(&mut edge, &walk, &mut end, &place, &mut wo);
@@ -291,6 +316,7 @@ impl<'w> Tracer<'w> {
                     segments: walk.segments,
                     medium: walk.medium,
                     edge: record,
+                    passed: false,
                 };
                 match walk.mode {
                     TransportMode::Radiance => self.camera_vertices.push(vertex),
@@ -330,16 +356,36 @@ impl<'w> Tracer<'w> {
                 let departure = Departure::Vertex { index, sampled_density: sample.pdf };
                 edge = OpenEdge::new(departure, at.p, walk.medium);
             } else {
+                if bsdf.connectable()
+                    && let Some(vertex) = match walk.mode {
+                        TransportMode::Radiance => self.camera_vertices.last_mut(),
+                        TransportMode::Importance => self.light_vertices.last_mut(),
+                    }
+                {
+                    vertex.passed = true;
+                }
                 edge.refracted &= sample.transmitted && world.boundary(hit.shape).is_some();
-                if let Some(slot) = edge.shapes.get_mut(edge.chain as usize) {
+                let position = edge.chain as usize;
+                if let Some(slot) = edge.shapes.get_mut(position) {
                     *slot = hit.shape;
                 }
                 edge.chain += 1;
-                edge.probability *= sample.pdf as f64;
-                // kappa runs from the camera side; adjoint is its factor for a camera walk.
+                edge.probability = edge.probability.map(|p| p * f64::from(sample.pdf));
+                // The factor of kappa: the normal that refracts is the microfacet's.
+                let mut bent = adjoint;
+                if let Some(Microfacet { normal, density }) = sample.microfacet {
+                    for (p, density) in edge.probability.iter_mut().zip(density) {
+                        *p *= f64::from(density);
+                    }
+                    bent = (normal.dot(wo) * at.ng.dot(wi) / (at.ng.dot(wo) * normal.dot(wi))).abs();
+                    if let Some(slot) = self.microfacets.get_mut(position) {
+                        *slot = [at.ns, normal * 1f32.copysign(normal.dot(at.ns))];
+                    }
+                }
+                // kappa runs from the camera side; this is its factor for a camera walk.
                 match walk.mode {
-                    TransportMode::Radiance => edge.kappa *= adjoint as f64,
-                    TransportMode::Importance => edge.kappa /= adjoint as f64,
+                    TransportMode::Radiance => edge.kappa *= f64::from(bent),
+                    TransportMode::Importance => edge.kappa /= f64::from(bent),
                 }
             }
             walk.events += 1;

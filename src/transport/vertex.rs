@@ -27,6 +27,15 @@ pub struct Vertex {
     pub medium: MediumId,
     /// The macro-edge that leads here.
     pub edge: EdgeRecord,
+    /// Whether the subpath went on from here by a lobe that is not connectable: then this is a vertex of the
+    /// paths that are joined here, and none of those that go further.
+    pub passed: bool,
+}
+
+/// The vertices of the path that ends at the last of these.
+pub fn on_path(subpath: &[Vertex]) -> impl DoubleEndedIterator<Item = &Vertex> + Clone {
+    let last = subpath.len().saturating_sub(1);
+    subpath.iter().enumerate().filter(move |(i, v)| *i == last || !v.passed).map(|(_, v)| v)
 }
 
 impl Vertex {
@@ -73,8 +82,10 @@ pub struct EdgeRecord {
     pub shapes: [u32; MAX_CHAIN],
     /// Whether all of them refract.
     pub refracted: bool,
-    /// Product of the discrete probabilities with which a walk chooses the chain's lobes.
-    pub chain_probability: f64,
+    /// Product of the probabilities with which a subpath scatters along the chain: toward the light, and
+    /// toward the camera. Where all is smooth they are the same; microfacets count by their densities over
+    /// `D(h) |n.h|`.
+    pub chain_probability: [f64; 2],
     /// The chain's reverse Jacobian over its forward one: `n_a² kappa cos_a / (n_b² cos_b)` with `a` the
     /// camera-side end. Unused without a chain.
     pub etendue_ratio: f64,

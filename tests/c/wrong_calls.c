@@ -284,7 +284,6 @@ static void material_calls(void) {
     WITH(desc.model, 6, INVALID, caustica_material_set(device, own, &desc));
     WITH(desc.solid, 2, INVALID, caustica_material_create(device, &desc, &material));
     WITH(desc.emission_two_sided, UINT32_MAX, INVALID, caustica_material_create(device, &desc, &material));
-    WITH(desc.reserved, 1, INVALID, caustica_material_create(device, &desc, &material));
     TRUE(material.id == 0);
 }
 

@@ -33,9 +33,16 @@ impl Builder {
         })
     }
 
+    /// Rough glass that walks lead through.
+    pub(crate) fn walked_glass(&mut self, ior: f32, roughness: f32) -> usize {
+        let material = self.glass(ior, roughness);
+        self.0.materials[material].walked_roughness = 1.0;
+        material
+    }
+
     pub(crate) fn emitter(&mut self, scattering: Scattering, emission: Rgb) -> usize {
         let name = format!("material {}", self.0.materials.len());
-        self.0.materials.push(Material { name, scattering, emission, emission_two_sided: false });
+        self.0.materials.push(Material { name, scattering, emission, emission_two_sided: false, walked_roughness: WALKED_ROUGHNESS });
         self.0.materials.len() - 1
     }
 

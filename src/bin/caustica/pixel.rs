@@ -12,7 +12,7 @@ use caustica::render::pixel::Probe;
 use caustica::scene::description::Description;
 use caustica::scene::{CommitOptions, World};
 use caustica::transport::Vertex;
-use caustica::transport::vertex::EdgeRecord;
+use caustica::transport::vertex::{EdgeRecord, on_path};
 use glam::{DVec3, Vec3};
 
 pub(crate) fn run(args: &Pixel) -> Result<(), Failure> {
@@ -114,14 +114,14 @@ impl Paths<'_> {
             text += line.trim_end();
         };
         line(names.end("camera", &self.eye, String::new()));
-        for vertex in c.camera {
+        for vertex in on_path(c.camera) {
             names.sampled(&vertex.edge, false).map(&mut line);
             line(names.vertex(vertex));
         }
         if let Some(chain) = c.chain {
             line(names.chain("walked", chain.len, "refracts", &chain.shapes, false));
         }
-        for vertex in c.light.iter().rev() {
+        for vertex in on_path(c.light).rev() {
             line(names.vertex(vertex));
             names.sampled(&vertex.edge, true).map(&mut line);
         }

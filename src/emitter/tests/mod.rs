@@ -20,6 +20,7 @@ fn material(emission: Rgb, emission_two_sided: bool) -> Material {
         scattering: Scattering::Diffuse { reflectance: Rgb::ZERO },
         emission,
         emission_two_sided,
+        walked_roughness: 0.0,
     }
 }
 

@@ -4,7 +4,7 @@ use super::document::Document;
 use super::error::{GltfError, Object};
 use super::extras::Caustica;
 use crate::math::Rgb;
-use crate::scene::description::{Material, Medium, MetallicRoughness, Scattering};
+use crate::scene::description::{Material, Medium, MetallicRoughness, Scattering, WALKED_ROUGHNESS};
 use gltf::json::material::AlphaMode;
 use gltf::json::texture::{Info, Texture};
 use gltf::json::validation::Checked;
@@ -33,7 +33,7 @@ pub(super) fn default_material() -> Material {
         solid: false,
         absorption: Rgb::ZERO,
     });
-    Material { name: "default".into(), scattering, emission: Rgb::ZERO, emission_two_sided: false }
+    Material { name: "default".into(), scattering, emission: Rgb::ZERO, emission_two_sided: false, walked_roughness: WALKED_ROUGHNESS }
 }
 
 fn convert(
@@ -97,6 +97,7 @@ fn convert(
         scattering: with_exterior(model, material, object, warnings)?,
         emission: emission.into(),
         emission_two_sided: material.double_sided,
+        walked_roughness: WALKED_ROUGHNESS,
     })
 }
 
