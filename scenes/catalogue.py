@@ -120,6 +120,17 @@ def glass_sphere() -> Scene:
     ], [PointLight("point", (0.9, 3.0, 0.6), (16.0, 16.0, 16.0))])
 
 
+def frosted(roughness: float = 0.2) -> Scene:
+    """Ball and plate of slightly rough glass over a floor, under a small lamp."""
+    glass = Glass("frosted glass", 1.5, roughness)
+    return Scene("frosted", Camera((0.4, 1.8, 3.0), (0.0, 0.3, 0.0), 38.0), [
+        Object("floor", FLOOR, WHITE),
+        Object("ball", Sphere((-0.45, 0.6, 0.0), 0.38), glass),
+        Object("plate", turned_box((0.55, 0.5, 0.0), (0.38, 0.05, 0.3), 20.0), glass),
+        Object("lamp", rectangle((0.6, 3.0, 0.4), (0.05, 0.0, 0.0), (0.0, 0.0, 0.05)), lamp(1300.0)),
+    ])
+
+
 def slab() -> Scene:
     """Glass plate over a floor, with a bar on the floor that refraction displaces."""
     return Scene("slab", Camera((0.5, 1.7, 2.6), (0.0, 0.2, 0.0), 36.0), [
@@ -410,7 +421,7 @@ def scenes() -> list[Scene]:
         furnace("furnace_dielectric", Object("ball", ball, GLASS)),
         furnace("furnace_rough", Object("ball", ball, Glass("rough glass", 1.5, 0.1))),
         furnace_environment(),
-        rough_glass(), smooth_normals(), demo(),
+        rough_glass(), frosted(), smooth_normals(), demo(),
         eye("eye", False), eye("eye_small", True),
         water("water", 0.3), water("water_small", 0.005), water_glass(), lumpy(),
         window("window", 0.3), window("window_small", 0.005), pane_sphere(),

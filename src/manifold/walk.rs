@@ -360,8 +360,7 @@ pub fn walk(
     loop {
         let residual = path.residual(crossings, unproven);
         if residual <= settings.tolerance {
-            return conclude(path, seed, end, iterations, residual)
-                .map_err(|reason| Rejected { reason, iterations });
+            return conclude(path, seed, end, iterations, residual).map_err(|reason| Rejected { reason, iterations });
         }
         if iterations >= settings.max_iterations {
             return Err(Rejected { reason: Rejection::IterationCap, iterations });

@@ -3,8 +3,8 @@
 
 use super::fresnel::{bend, dielectric, reflect, reflectance, refraction_cosine};
 use super::ggx::Ggx;
-use super::smooth_dielectric::Interface;
 use super::lobe::{DeltaSample, LobeSample};
+use super::smooth_dielectric::Interface;
 use super::{Evaluation, Microfacet, TransportMode};
 use crate::math::Rgb;
 use glam::{Vec2, Vec3};

@@ -163,10 +163,8 @@ impl World {
             .map_err(|error| SceneError::Backend(error.to_string()))?;
 
         let refractors = refractors(&shapes, &shape_material, &bsdfs);
-        let walked = walked(description, &bsdfs).map(|bsdfs| Walked {
-            refractors: self::refractors(&shapes, &shape_material, &bsdfs),
-            bsdfs,
-        });
+        let walked = walked(description, &bsdfs)
+            .map(|bsdfs| Walked { refractors: self::refractors(&shapes, &shape_material, &bsdfs), bsdfs });
         let glass = walked.as_ref().map_or(&refractors, |w| &w.refractors);
         let requirements = Requirements {
             caustics: !glass.is_empty() && !lights.is_empty(),

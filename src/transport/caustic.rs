@@ -479,12 +479,13 @@ impl Tracer<'_> {
     }
 
     /// Whether a connection of `a` and `b` would have found a chain that was sampled: through `shapes`,
-    /// at their [`Tracer::microfacets`], leaving `a` along `first` and `b` along `last`.
+    /// at the normals of surface and microfacet where that is rough, leaving `a` along `first` and `b` along `last`.
     pub(super) fn confirm(
         &mut self,
         a: &Endpoint,
         b: &Endpoint,
         shapes: &[u32],
+        microfacets: &[[Vec3; 2]],
         first: Vec3,
         last: Vec3,
     ) -> Option<CausticEdge> {
@@ -494,7 +495,7 @@ impl Tracer<'_> {
             return None;
         }
         for (i, alpha) in seen.rough() {
-            let [n, h] = self.microfacets[i].map(|v| v.as_dvec3());
+            let [n, h] = microfacets[i].map(|v| v.as_dvec3());
             seen.seed.tilt(i, Tilt::of(seen.seed.vertices()[i].ns, n, h, alpha));
         }
         self.walks.checks += 1;

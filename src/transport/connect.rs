@@ -318,8 +318,7 @@ impl Tracer<'_> {
             };
             let remainder = if self.camera_only { 0.0 } else { a.partial.at(f64::from(scattering.pdf_reverse)) };
             let [toward_light, toward_camera] = chain.probability;
-            let emission =
-                densities.position * densities.direction * toward_camera * chain.etendue_ratio(cos_a, cos_b);
+            let emission = densities.position * densities.direction * toward_camera * chain.etendue_ratio(cos_a, cos_b);
             let hit = if densities.hittable { f64::from(scattering.pdf) * toward_light } else { 0.0 };
             let others = emission * remainder + hit;
             let joined = Joined::caustic(value / direct as f32, cos_b, direct, others, chain);

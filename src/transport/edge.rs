@@ -240,14 +240,15 @@ impl Tracer<'_> {
         if self.options.check == Check::Off {
             return direct_inverse_jacobian(&start, at) / cos_b(edge, end);
         }
-        let mut shapes = edge.shapes;
-        let shapes = &mut shapes[..edge.chain as usize];
+        // Copies: the chain may go on from here.
+        let (mut shapes, mut microfacets) = (edge.shapes, self.microfacets);
+        let (shapes, microfacets) = (&mut shapes[..edge.chain as usize], &mut microfacets[..edge.chain as usize]);
         let found = match mode {
-            TransportMode::Radiance => self.confirm(&start, at, shapes, edge.direction, *wo),
+            TransportMode::Radiance => self.confirm(&start, at, shapes, microfacets, edge.direction, *wo),
             TransportMode::Importance => {
                 shapes.reverse();
-                self.microfacets[..shapes.len()].reverse();
-                self.confirm(at, &start, shapes, *wo, edge.direction)
+                microfacets.reverse();
+                self.confirm(at, &start, shapes, microfacets, *wo, edge.direction)
             }
         };
         let Some(found) = found else { return 0.0 };

@@ -42,7 +42,13 @@ impl Builder {
 
     pub(crate) fn emitter(&mut self, scattering: Scattering, emission: Rgb) -> usize {
         let name = format!("material {}", self.0.materials.len());
-        self.0.materials.push(Material { name, scattering, emission, emission_two_sided: false, walked_roughness: WALKED_ROUGHNESS });
+        self.0.materials.push(Material {
+            name,
+            scattering,
+            emission,
+            emission_two_sided: false,
+            walked_roughness: WALKED_ROUGHNESS,
+        });
         self.0.materials.len() - 1
     }
 

@@ -168,6 +168,10 @@ pub(crate) struct Connections {
     /// Probability with which a connection tries the walks after the first
     #[arg(long, value_name = "P", value_parser = probability)]
     pub(crate) further: Option<f32>,
+    /// Refraction of a lower roughness is crossed by walks, at microfacets drawn beforehand, instead of being
+    /// evaluated; 0: smooth refraction alone [default: the material's own]
+    #[arg(long, value_name = "R", value_parser = unit)]
+    pub(crate) walked_roughness: Option<f32>,
     /// Most steps of a walk
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) walk_iterations: Option<u32>,
@@ -363,6 +367,10 @@ fn seconds(text: &str) -> Result<f64, String> {
 
 fn positive(text: &str) -> Result<f64, String> {
     text.parse::<f64>().ok().filter(|x| *x > 0.0 && x.is_finite()).ok_or_else(|| "expected a positive number".into())
+}
+
+fn unit(text: &str) -> Result<f32, String> {
+    text.parse::<f32>().ok().filter(|x| (0.0..=1.0).contains(x)).ok_or_else(|| "expected 0 to 1".into())
 }
 
 fn probability(text: &str) -> Result<f32, String> {

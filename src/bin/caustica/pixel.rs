@@ -17,7 +17,8 @@ use glam::{DVec3, Vec3};
 
 pub(crate) fn run(args: &Pixel) -> Result<(), Failure> {
     let commit = CommitOptions { backend: args.picture.backend(), threads: 0 };
-    let (description, world) = scene::open(&args.scene, commit, Console { quiet: false })?;
+    let (description, world) =
+        scene::open(&args.scene, commit, args.picture.connections.walked_roughness, Console { quiet: false })?;
     let settings = Settings { integrator: args.integrator.into(), ..args.picture.settings(&description.cameras)? };
     let mut probe = Probe::new(&world, &settings)?;
     let mut paths = Paths {

@@ -28,7 +28,7 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     }
 
     let commit = CommitOptions { backend: args.picture.backend(), threads: args.threads };
-    let (description, world) = scene::open(&args.scene, commit, console)?;
+    let (description, world) = scene::open(&args.scene, commit, args.picture.connections.walked_roughness, console)?;
     let settings = Settings {
         integrator,
         samples: samples(args),

@@ -17,9 +17,17 @@ pub(crate) fn commit(path: &Path, description: &Description, options: CommitOpti
     World::commit(description, options).map_err(|error| at(path, &error))
 }
 
-/// Both, with the warnings printed.
-pub(crate) fn open(path: &Path, options: CommitOptions, console: Console) -> Result<(Description, World), Failure> {
-    let loaded = load(path)?;
+/// Both, with the warnings printed; `walked_roughness` replaces that of all materials.
+pub(crate) fn open(
+    path: &Path,
+    options: CommitOptions,
+    walked_roughness: Option<f32>,
+    console: Console,
+) -> Result<(Description, World), Failure> {
+    let mut loaded = load(path)?;
+    for material in &mut loaded.description.materials {
+        material.walked_roughness = walked_roughness.unwrap_or(material.walked_roughness);
+    }
     let world = commit(path, &loaded.description, options)?;
     for warning in loaded.warnings.iter().chain(&world.warnings) {
         console.warn(&format!("{}: {warning}", path.display()));

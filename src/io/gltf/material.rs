@@ -33,7 +33,13 @@ pub(super) fn default_material() -> Material {
         solid: false,
         absorption: Rgb::ZERO,
     });
-    Material { name: "default".into(), scattering, emission: Rgb::ZERO, emission_two_sided: false, walked_roughness: WALKED_ROUGHNESS }
+    Material {
+        name: "default".into(),
+        scattering,
+        emission: Rgb::ZERO,
+        emission_two_sided: false,
+        walked_roughness: WALKED_ROUGHNESS,
+    }
 }
 
 fn convert(

@@ -8,6 +8,7 @@ mod cost;
 mod extremes;
 mod fuzz;
 mod jacobian;
+mod rough;
 
 use super::*;
 use crate::geometry::differential::{Ball, Facet};

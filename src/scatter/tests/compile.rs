@@ -53,7 +53,8 @@ fn properties_follow_the_lobes() {
         (compiled(MetallicRoughness { metallic: 1.0, ..smooth }), [false, true, false, false, false]),
     ];
     for (i, (b, expected)) in table.iter().enumerate() {
-        let found = [b.connectable(), b.has_delta(), b.walked_refraction().is_some(), b.media().is_some(), b.is_black()];
+        let found =
+            [b.connectable(), b.has_delta(), b.walked_refraction().is_some(), b.media().is_some(), b.is_black()];
         assert_eq!(found, *expected, "row {i}");
     }
     assert_eq!(compiled(solid).media(), Some((Medium { ior: 1.5, absorption }, Medium::VACUUM)));
