@@ -5,6 +5,7 @@
 //! unit tangents `s`, `t` of the shading normal. A reflection-like root, both directions on one side,
 //! obeys them as well; the walk's last checks sort it out.
 
+use super::geometry_term::RayDifferential;
 use crate::geometry::Differential;
 use glam::DVec3;
 
@@ -50,6 +51,20 @@ pub(super) struct Joint<'a> {
     pub(super) n_o: f64,
 }
 
+impl Joint<'_> {
+    /// The generalised half vector.
+    #[inline]
+    fn half_vector(&self) -> DVec3 {
+        -(self.w_i * self.n_i + self.w_o * self.n_o)
+    }
+
+    /// The unnormalised residual over the mean index: an angle in radians, without regard to scale.
+    #[inline]
+    pub(super) fn residual(&self) -> f64 {
+        perpendicular(self.at.ns, self.half_vector()).length() / (0.5 * (self.n_i + self.n_o))
+    }
+}
+
 /// `P(w) v`, the part of `v` perpendicular to `w`.
 #[inline]
 fn perpendicular(w: DVec3, v: DVec3) -> DVec3 {
@@ -76,7 +91,7 @@ impl<'a> Constraint<'a> {
         let s0 = perpendicular(n, joint.at.p_u);
         let inverse_s0 = 1.0 / s0.length();
         let s = s0 * inverse_s0;
-        let h0 = -(joint.w_i * joint.n_i + joint.w_o * joint.n_o);
+        let h0 = joint.half_vector();
         let length = h0.length();
         let h = match form {
             Form::Unnormalised => h0,
@@ -91,16 +106,6 @@ impl<'a> Constraint<'a> {
         [self.s.dot(self.h), self.t.dot(self.h)]
     }
 
-    /// The unnormalised residual over the mean index: an angle in radians, without regard to scale.
-    #[inline]
-    pub(super) fn residual(&self) -> f64 {
-        let [x, y] = self.value();
-        let h0 = match self.form {
-            Form::Unnormalised => 1.0,
-            Form::HalfVector => self.length,
-        };
-        (x * x + y * y).sqrt() * h0 / (0.5 * (self.joint.n_i + self.joint.n_o))
-    }
 
     /// Derivative of `h` from that of `h0`.
     #[inline]
@@ -140,16 +145,32 @@ impl<'a> Constraint<'a> {
     /// normal and with it `s` and `t`.
     #[inline]
     pub(super) fn own(&self) -> Block {
-        let Joint { at, w_i, inverse_r_i, w_o, inverse_r_o, n_i, n_o } = self.joint;
-        let column = |p: DVec3, dn: DVec3| {
-            let turn = perpendicular(w_i, p) * (n_i * inverse_r_i) + perpendicular(w_o, p) * (n_o * inverse_r_o);
-            let dh = self.normalised(turn);
-            let ds0 = -(at.ns * at.p_u.dot(dn) + dn * at.p_u.dot(at.ns));
-            let ds = perpendicular(self.s, ds0) * self.inverse_s0;
-            let dt = dn.cross(self.s) + at.ns.cross(ds);
-            [self.s.dot(dh) + self.h.dot(ds), self.t.dot(dh) + self.h.dot(dt)]
-        };
+        let Joint { at, w_i, inverse_r_i, .. } = self.joint;
+        let column = |p: DVec3, dn: DVec3| self.column(p, dn, perpendicular(w_i, p) * -inverse_r_i);
         let (u, v) = (column(at.p_u, at.n_u), column(at.p_v, at.n_v));
+        [[u[0], v[0]], [u[1], v[1]]]
+    }
+
+    /// Derivative when the vertex moves by `p`, its normal turns by `dn`, and `w_i` by `dw_i`.
+    #[inline]
+    fn column(&self, p: DVec3, dn: DVec3, dw_i: DVec3) -> [f64; 2] {
+        let Joint { at, w_o, inverse_r_o, n_i, n_o, .. } = self.joint;
+        let dh = self.normalised(perpendicular(w_o, p) * (n_o * inverse_r_o) - dw_i * n_i);
+        let ds0 = -(at.ns * at.p_u.dot(dn) + dn * at.p_u.dot(at.ns));
+        let ds = perpendicular(self.s, ds0) * self.inverse_s0;
+        let dt = dn.cross(self.s) + at.ns.cross(ds);
+        [self.s.dot(dh) + self.h.dot(ds), self.t.dot(dh) + self.h.dot(dt)]
+    }
+
+    /// Derivative with respect to the two changes of a ray's first direction, the ray having arrived here:
+    /// all equations of the vertices before hold by construction and stay so.
+    #[inline]
+    pub(super) fn along(&self, ray: &RayDifferential) -> Block {
+        let column = |k: usize| {
+            let (p, direction) = ray.derivatives(k);
+            self.column(p, ray.normal_d(self.joint.at, k), -direction)
+        };
+        let (u, v) = (column(0), column(1));
         [[u[0], v[0]], [u[1], v[1]]]
     }
 }

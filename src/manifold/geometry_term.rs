@@ -83,8 +83,15 @@ impl RayDifferential {
         self.direction = (d - n * (2.0 * along)).normalize();
     }
 
+    /// Derivatives of the position, on the surface last met, and of the direction, with respect to change `k`.
     #[inline]
-    fn normal_d(&self, at: &Differential, k: usize) -> DVec3 {
+    pub(super) fn derivatives(&self, k: usize) -> (DVec3, DVec3) {
+        (self.position_d[k], self.direction_d[k])
+    }
+
+    /// The same of the shading normal of the surface last met.
+    #[inline]
+    pub(super) fn normal_d(&self, at: &Differential, k: usize) -> DVec3 {
         at.n_u * self.position_d[k].dot(at.p_u) + at.n_v * self.position_d[k].dot(at.p_v)
     }
 

@@ -91,3 +91,17 @@ impl System {
         Some(&self.right[..self.size])
     }
 }
+
+/// `M x = c` of two equations; `None` if the matrix is singular.
+#[inline]
+pub(super) fn solve_block(m: Block, c: [f64; 2]) -> Option<[f64; 2]> {
+    let determinant = m[0][0] * m[1][1] - m[0][1] * m[1][0];
+    let largest = m.as_flattened().iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    // Written so that NaN fails, too.
+    if !(determinant.abs() > SINGULAR * largest * largest) {
+        return None;
+    }
+    let x = c[0] * m[1][1] - m[0][1] * c[1];
+    let y = m[0][0] * c[1] - c[0] * m[1][0];
+    Some([x / determinant, y / determinant])
+}

@@ -19,7 +19,7 @@
 
 use super::constraint::{Constraint, Form, Joint};
 use super::geometry_term::RayDifferential;
-use super::newton::System;
+use super::newton::{System, solve_block};
 use super::refraction::{Passage, refract};
 use super::seed::{Crossing, Seed};
 use super::{End, Interfaces, MAX_CHAIN, Probe, Source};
@@ -289,7 +289,7 @@ impl Path {
     #[inline]
     fn residual(&self, crossings: &[Crossing], from: usize) -> f64 {
         let largest = |a: f64, b: f64| if b > a || b.is_nan() { b } else { a };
-        (from..self.len).map(|i| self.constraint(crossings, i).residual()).fold(0.0, largest)
+        (from..self.len).map(|i| self.joint(crossings, i).residual()).fold(0.0, largest)
     }
 
     /// The Newton system of all vertices.
@@ -308,6 +308,33 @@ impl Path {
             }
         }
         system
+    }
+
+    /// The whole Newton step of the first vertex.
+    #[inline]
+    fn step(&self, crossings: &[Crossing]) -> Option<DVec3> {
+        let mut system = self.system(crossings);
+        let &[u, v, ..] = system.solve()? else { return None };
+        Some(self.vertices[0].p_u * u + self.vertices[0].p_v * v)
+    }
+
+    /// The same for a path of which the last vertex alone does not obey the law: then the others' unknowns
+    /// drop out, and ray differentials bring the rest (the Schur complement of the whole system).
+    #[inline]
+    fn refracted_step(&self, crossings: &[Crossing]) -> Option<DVec3> {
+        let last = self.len - 1;
+        let mut ray = RayDifferential::leaving(self.directions[0]);
+        ray.transfer(self.lengths[0], self.vertices[0].ng);
+        let first = [0, 1].map(|k| ray.derivatives(k).0);
+        for (i, crossing) in crossings[..last].iter().enumerate() {
+            if !ray.refract(&self.vertices[i], crossing.n_i, crossing.n_o) {
+                return None;
+            }
+            ray.transfer(self.lengths[i + 1], self.vertices[i + 1].ng);
+        }
+        let constraint = self.constraint(crossings, last);
+        let [u, v] = solve_block(constraint.along(&ray), constraint.value())?;
+        Some(first[0] * u + first[1] * v)
     }
 
     /// Ray differentials along the path: `1/J` as in [`Chain::inverse_jacobian`].
@@ -365,11 +392,10 @@ pub fn walk(
         if iterations >= settings.max_iterations {
             return Err(Rejected { reason: Rejection::IterationCap, iterations });
         }
-        let mut system = path.system(crossings);
-        let Some(&[u, v, ..]) = system.solve() else {
+        let full = if unproven > 0 { path.refracted_step(crossings) } else { path.step(crossings) };
+        let Some(full) = full else {
             return Err(Rejected { reason: Rejection::Singular, iterations });
         };
-        let full = path.vertices[0].p_u * u + path.vertices[0].p_v * v;
         loop {
             iterations += 1;
             let toward = (path.vertices[0].p - full * step).normalize();

@@ -21,8 +21,10 @@ fn solve(solids: &[Solid], a: DVec3, b: DVec3, tilts: &[Tilt]) -> Option<Chain> 
     walk(&local, None, end, &seed, None, &EXACT).ok()
 }
 
+type Sampled = (Vec<Solid>, DVec3, DVec3, Vec<Tilt>, Chain);
+
 /// Chains through bent slabs and a ball with a core, with the microfacets.
-fn samples(count: usize) -> Vec<(Vec<Solid>, DVec3, DVec3, Vec<Tilt>, Chain)> {
+fn samples(count: usize) -> Vec<Sampled> {
     let mut random = Random::new(21);
     let mut found = Vec::new();
     while found.len() < count {
