@@ -1,6 +1,9 @@
 //! Rays per second: Embree's bare C calls, the same rays through the trait, obvhs, and whole renders,
 //! with the share of a render that is spent inside Embree. All in one run, since absolute times drift.
 //!
+//! Then what walks cost: nanoseconds per step, everything around it included, as a ratio to a bare Embree
+//! ray of the same render, and their share of the time.
+//!
 //! The rays are those of a real render: a recording intersector keeps every query of some passes of
 //! the bidirectional path tracer, in order. Each measurement is the fastest of several repetitions
 //! that take turns, on one thread.
@@ -97,16 +100,14 @@ fn measure(name: &str) {
     let (closest, occluded) = (Arc::new(Mutex::new(Vec::new())), Arc::new(Mutex::new(Vec::new())));
     let inner = recorded.intersector;
     recorded.intersector = Box::new(Recorder { inner, closest: closest.clone(), occluded: occluded.clone() });
-    let run = |world: &World, integrator| {
-        black_box(render(world, &settings(integrator), &Cancel::default(), &|_| ()).expect("a render"));
-    };
+    let render = |world: &World, settings| render(world, &settings, &Cancel::default(), &|_| ()).expect("a render");
+    let run = |world: &World, integrator| _ = black_box(render(world, settings(integrator)));
     run(&recorded, Integrator::Bdpt);
     let closest = std::mem::take(&mut *closest.lock().expect("one thread"));
     let occluded = std::mem::take(&mut *occluded.lock().expect("one thread"));
 
     let plain = world(&scene, Backend::default());
-    let path_rays = render(&plain, &settings(Integrator::Path), &Cancel::default(), &|_| ()).expect("a render");
-    let path_rays = path_rays.statistics.rays() as f64;
+    let path_rays = render(&plain, settings(Integrator::Path)).statistics.rays() as f64;
     let (c, o) = (closest.len() as f64, occluded.len() as f64);
     println!("{name}: {c:.0} nearest-hit and {o:.0} visibility rays of {PASSES} passes at {SIDE}x{SIDE}");
 
@@ -150,6 +151,50 @@ fn measure(name: &str) {
     row("visibility, obvhs", o, obvhs_o);
     row("BDPT, all rays of the render", c + o, bdpt);
     row("path tracer, all rays", path_rays, path);
+
+    if !plain.requirements.caustics {
+        let without = Settings { caustics: false, ..settings(Integrator::Bdpt) };
+        let [on, off] = fastest([&mut || run(&plain, Integrator::Bdpt), &mut || {
+            black_box(render(&plain, without.clone()));
+        }]);
+        println!("  cost of --caustics on where there is no glass: {:.1} %", (on / off - 1.0) * 100.0);
+    }
+}
+
+/// Walks of a scene's render.
+#[cfg(feature = "embree")]
+fn measure_walks(name: &str) {
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(format!("{name}.glb"));
+    let (mut recorded, closest) = (world(&scene, Backend::default()), Arc::new(Mutex::new(Vec::new())));
+    let inner = recorded.intersector;
+    recorded.intersector = Box::new(Recorder { inner, closest: closest.clone(), occluded: Arc::default() });
+    let run = |world: &World| {
+        render(world, &settings(Integrator::Bdpt), &Cancel::default(), &|_| ()).expect("a render").statistics
+    };
+    run(&recorded);
+    let closest = std::mem::take(&mut *closest.lock().expect("one thread"));
+    let plain = world(&scene, Backend::default());
+    let embree = caustica::intersect::embree::Embree::build(&plain.shapes, 1).expect("Embree");
+    let mut best: Option<caustica::render::job::Statistics> = None;
+    let [raw, _] = fastest([&mut || _ = black_box(embree.bench_raw_closest(&closest)), &mut || {
+        let statistics = run(&plain);
+        if best.as_ref().is_none_or(|b| statistics.render_seconds < b.render_seconds) {
+            best = Some(statistics);
+        }
+    }]);
+    let Some(best) = best else { return };
+    let (walks, ray) = (&best.walks, raw * 1e9 / closest.len() as f64);
+    let [connecting, checking] = walks.nanoseconds.map(|n| n as f64);
+    let steps = walks.iterations as f64;
+    let step = (connecting + checking) / steps;
+    println!(
+        "  {name:<14}{:>7.2}{:>9.0}{ray:>9.0}{:>8.1}{:>10.1}{:>10.1}",
+        steps / walks.total() as f64,
+        step,
+        step / ray,
+        connecting * 1e-7 / best.render_seconds,
+        checking * 1e-7 / best.render_seconds
+    );
 }
 
 fn main() {
@@ -162,5 +207,14 @@ fn main() {
     println!("best of {REPETITIONS} repetitions\n");
     for scene in ["cornell.glb", "demo.glb"] {
         measure(scene);
+    }
+    #[cfg(feature = "embree")]
+    {
+        println!("\nwalks: steps each, ns per step, ns per bare ray, ratio, % of the time: connections, checks");
+        for scene in
+            ["slab", "glass_sphere", "figure4a", "figure4b", "window_small", "water_small", "eye_small", "lumpy"]
+        {
+            measure_walks(scene);
+        }
     }
 }

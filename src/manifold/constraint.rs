@@ -106,7 +106,6 @@ impl<'a> Constraint<'a> {
         [self.s.dot(self.h), self.t.dot(self.h)]
     }
 
-
     /// Derivative of `h` from that of `h0`.
     #[inline]
     fn normalised(&self, dh0: DVec3) -> DVec3 {
