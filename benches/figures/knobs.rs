@@ -8,7 +8,7 @@ use caustica::transport::roulette::Roulette;
 use std::fmt::Write;
 
 /// Where they are varied.
-pub(crate) const SCENES: [&str; 4] = ["figure4a_small", "eye_small", "glass_sphere", "demo"];
+pub(crate) const SCENES: [&str; 5] = ["figure4a_small", "eye_small", "water_small", "glass_sphere", "demo"];
 
 /// Renders of each, with seeds of their own.
 const RENDERS: u64 = 4;

@@ -33,7 +33,7 @@ const fn scene(name: &'static str, factor: f64, checked: bool) -> Scene {
 }
 
 /// In the order of the document.
-const SCENES: [Scene; 18] = [
+const SCENES: [Scene; 19] = [
     scene("figure4a", 0.5, true),
     scene("figure4a_small", 0.6, false),
     scene("figure4b", 0.7, true),
@@ -51,6 +51,7 @@ const SCENES: [Scene; 18] = [
     scene("demo", 0.5, true),
     scene("lumpy", 0.7, true),
     scene("water_glass", 0.3, true),
+    scene("frosted", 0.4, true),
     scene("cornell", 0.15, true),
 ];
 
