@@ -122,7 +122,7 @@ mutation("connection: adjoint factor of the incident side", "src/transport/verte
 mutation("walk: adjoint factor", "src/transport/subpath.rs",
          "                walk.beta *= adjoint;\n", "", ("agreement", "techniques_with_shading_normals"))
 mutation("chain: adjoint factor in the étendue ratio", "src/transport/subpath.rs",
-         "TransportMode::Radiance => edge.kappa *= adjoint as f64,", "TransportMode::Radiance => {}",
+         "TransportMode::Radiance => edge.kappa *= f64::from(bent),", "TransportMode::Radiance => {}",
          ("agreement", "integrators_through_glass_with_shading_normals"))
 
 # Absorption.
@@ -200,8 +200,8 @@ mutation("caustic: eta squared", "src/transport/caustic.rs",
          "(n_a / n_b).powi(2)", "(n_a / n_b).powi(0)",
          ("caustic", "light_in_a_glass_ball"))
 mutation("caustic: depth cap", "src/transport/connect.rs",
-         "Sight::Refracted(seen) if a.segments + seen.segments() <= self.max_depth => {",
-         "Sight::Refracted(seen) if a.segments <= self.max_depth => {",
+         "Sight::Refracted(mut seen) if a.segments + seen.segments() <= self.max_depth => {",
+         "Sight::Refracted(mut seen) if a.segments <= self.max_depth => {",
          ("caustic", "the_depth_cap"))
 mutation("caustic: chain counted in the camera's own technique", "src/transport/edge.rs",
          "Departure::Camera => None,", "Departure::Camera => Some(Endpoint::Point(edge.origin)),",
@@ -214,6 +214,24 @@ mutation("caustic: the paper's base case, the camera's technique counted behind 
 mutation("caustic: roulette without its division", "src/transport/roulette.rs",
          "return Some(1.0 / probability);", "return Some(1.0);",
          ("options", "roulette_changes_nothing"))
+mutation("rough chain: Jacobian of the wrong measure", "src/manifold/rough.rs",
+         "value: density[0] * v_o * n_o.abs()", "value: density[0] / nh * v_o * n_o.abs()",
+         ("caustic", "rough_mesh"))
+mutation("rough chain: masking", "src/manifold/rough.rs",
+         "value: density[0] * v_o * n_o.abs()", "value: density[0]",
+         ("caustic", "rough_mesh"))
+mutation("rough chain: microfacets that do not turn with the surface", "src/manifold/rough.rs",
+         "n_u: derivative(at.n_u),", "n_u: DVec3::ZERO,",
+         ("caustic", "rough_ball"))
+mutation("rough chain: density of the microfacet in the weights", "src/transport/subpath.rs",
+         "*p *= f64::from(density);", "*p *= f64::from(density).signum();",
+         ("weights", "area_light"))
+mutation("rough chain: order of the microfacets from the light", "src/transport/edge.rs",
+         "microfacets.reverse();", "",
+         ("caustic", "rough_mesh"))
+mutation("rough chain: the lamp behind frosted glass, as the camera sees it", "src/transport/connect.rs",
+         "if !self.camera_caustics || world.walked.is_none() {", "if true {",
+         ("caustic", "frosted"))
 
 
 def apply(name):

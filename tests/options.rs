@@ -114,6 +114,16 @@ fn walks_of_few_steps_change_nothing() {
 }
 
 #[test]
+fn a_tolerance_that_the_check_cannot_follow_is_refused() {
+    for tolerance in [1e-3, 0.0, f64::NAN] {
+        let mut options = CausticOptions::default();
+        options.walk.tolerance = tolerance;
+        let error = render(&WORLD, &with(options), &Cancel::default(), &|_| ()).expect_err("refused");
+        assert!(matches!(error, RenderError::Setting { setting: "walk tolerance", .. }), "{error}");
+    }
+}
+
+#[test]
 fn inexact_checks_need_the_direct_term() {
     for check in [Check::Few, Check::Off] {
         let settings = with(CausticOptions { check, ..CausticOptions::default() });

@@ -9,7 +9,7 @@ use crate::integrator::{Contribution, Observer, Sample, Splat, light, path};
 use crate::pool;
 use crate::scene::World;
 use crate::transport::Tracer;
-use crate::transport::caustic::{CausticOptions, Check, GeometryTerm, WalkCount};
+use crate::transport::caustic::{CausticOptions, Check, GeometryTerm, LARGEST_TOLERANCE, WalkCount};
 use glam::Vec2;
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -263,7 +263,11 @@ pub(super) fn validate(world: &World, settings: &Settings) -> Result<(), RenderE
         let expected = format!("the scene has {} cameras", world.cameras.len());
         return RenderError::setting("camera", settings.camera, expected);
     }
-    let CausticOptions { geometry_term, check, .. } = settings.caustic_options;
+    let CausticOptions { geometry_term, check, walk, .. } = settings.caustic_options;
+    if !(walk.tolerance > 0.0 && walk.tolerance <= LARGEST_TOLERANCE) {
+        let expected = format!("more than 0, at most {LARGEST_TOLERANCE:e} radians was expected");
+        return RenderError::setting("walk tolerance", walk.tolerance, expected);
+    }
     if check != Check::Exact && geometry_term != GeometryTerm::Direct {
         let why = "all but the exact check need the direct geometry term";
         return RenderError::setting("check", format!("{check:?}"), why);

@@ -175,7 +175,7 @@ pub(crate) struct Connections {
     /// Most steps of a walk
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) walk_iterations: Option<u32>,
-    /// Largest deviation from Snell's law at the end of a walk, radians
+    /// Largest deviation from Snell's law at the end of a walk, radians, at most 1e-5
     #[arg(long, value_name = "ANGLE", value_parser = positive)]
     pub(crate) walk_tolerance: Option<f64>,
 }
