@@ -214,6 +214,9 @@ mutation("caustic: the paper's base case, the camera's technique counted behind 
 mutation("caustic: roulette without its division", "src/transport/roulette.rs",
          "return Some(1.0 / probability);", "return Some(1.0);",
          ("options", "roulette_changes_nothing"))
+mutation("caustic: opaque surfaces on the straight line stop the walk", "src/transport/caustic.rs",
+         "const MOST_OPAQUE: u32 = 4;", "const MOST_OPAQUE: u32 = 0;",
+         ("caustic", "passes_beside"))
 mutation("rough chain: Jacobian of the wrong measure", "src/manifold/rough.rs",
          "value: density[0] * v_o * n_o.abs()", "value: density[0] / nh * v_o * n_o.abs()",
          ("caustic", "rough_mesh"))

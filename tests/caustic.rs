@@ -129,6 +129,27 @@ fn rough_mesh_with_a_smooth_core() {
 }
 
 #[test]
+fn light_that_passes_beside_what_blocks_the_straight_line() {
+    // A thick plate displaces the light: a bar under it, as broad as the plate's shift, stands in the
+    // straight lines of a strip of the floor that the light reaches.
+    let mut b = Builder::default();
+    let (white, black, glass) = (b.diffuse(0.6), b.diffuse(0.0), b.glass(1.5, 0.0));
+    b.quad(Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0, white);
+    b.cuboid(Vec3::new(-1.5, 0.6, -1.5), Vec3::new(1.5, 1.4, 1.5), false, glass);
+    b.cuboid(Vec3::new(0.0, 0.3, -1.0), Vec3::new(0.15, 0.4, 1.0), false, black);
+    b.light(LightKind::Point { position: DVec3::new(-1.6, 2.6, 0.0), intensity: Rgb::splat(8.0) });
+    b.perspective([0.6, 0.25, 2.6], [0.3, 0.0, 0.0], 0.35);
+    let world = b.commit();
+    let plain = measure_paths(&world, Integrator::Bdpt, false, 4, 256, 1000);
+    let walks = measure_paths(&world, Integrator::Mnee, true, 4, 64, 5000);
+    let error = walks.total.1.hypot(plain.total.1);
+    let bias = walks.total.0 / plain.total.0 - 1.0;
+    println!("beside a bar: bias {:+.3} % +- {:.3} %", bias * 100.0, error / plain.total.0 * 100.0);
+    check_normal("beside a bar", &z_scores(&walks, &plain), (RUNS - 1) as f64).expect("equal expectations");
+    assert!(bias.abs() * plain.total.0 < 4.0 * error, "bias {bias}");
+}
+
+#[test]
 fn point_light_behind_frosted_glass() {
     // Plain BDPT evaluates the rough refraction; with walks it is left to the one technique s = t = 1, where
     // the camera sees nothing but the pane, and to walks from the floor.

@@ -100,7 +100,7 @@ fn roulette_changes_nothing() {
 
 #[test]
 fn the_number_of_walks_changes_nothing() {
-    for seeds in [1, 6] {
+    for seeds in [2, 6] {
         changes_nothing(&format!("{seeds} walks"), CausticOptions { seeds, ..CausticOptions::default() }, LIMIT);
     }
 }
