@@ -11,7 +11,7 @@
 use caustica::geometry::Ray;
 use caustica::intersect::{Backend, Hit, Intersector};
 use caustica::io::gltf;
-use caustica::render::job::{Cancel, Integrator, Settings, render};
+use caustica::render::job::{Cancel, Caustics, Integrator, Settings, render};
 use caustica::scene::{CommitOptions, World};
 use std::hint::black_box;
 use std::path::Path;
@@ -153,7 +153,7 @@ fn measure(name: &str) {
     row("path tracer, all rays", path_rays, path);
 
     if !plain.requirements.caustics {
-        let without = Settings { caustics: false, ..settings(Integrator::Bdpt) };
+        let without = Settings { caustics: Caustics::Off, ..settings(Integrator::Bdpt) };
         let [on, off] = fastest([&mut || run(&plain, Integrator::Bdpt), &mut || {
             black_box(render(&plain, without.clone()));
         }]);

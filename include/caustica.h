@@ -355,7 +355,8 @@ caustica_result caustica_camera_remove(caustica_device* device, caustica_camera 
 /* ---- Renders -------------------------------------------------------------------------------- */
 
 enum {
-    CAUSTICA_INTEGRATOR_DEFAULT = 0, /* as CAUSTICA_INTEGRATOR_BDPT */
+    CAUSTICA_INTEGRATOR_DEFAULT = 0, /* as CAUSTICA_INTEGRATOR_BDPT or _BDPT_PLAIN: a few samples decide whether
+                                        the connections pay; with point, spot and directional lights BDPT */
     CAUSTICA_INTEGRATOR_PATH = 1,    /* path tracing with next-event estimation */
     CAUSTICA_INTEGRATOR_BDPT = 2,    /* bidirectional path tracing with caustic connections */
     CAUSTICA_INTEGRATOR_MNEE = 3,    /* path tracing with manifold next-event estimation */

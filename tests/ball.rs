@@ -8,7 +8,7 @@
 
 mod common;
 
-use caustica::render::job::{Integrator, Settings};
+use caustica::render::job::{Caustics, Integrator, Settings};
 use caustica::scene::World;
 use caustica::scene::description::*;
 use common::oracle::{check_bias, first_seed, renders};
@@ -149,7 +149,7 @@ fn irradiances(setup: &Setup, integrator: Integrator, samples: u32, seed: u64) -
     let world = setup.world();
     let up_to = |max_depth| {
         let settings = settings(integrator, SIDE, samples, 0);
-        let settings = Settings { max_depth, caustics: true, caustics_only: true, ..settings };
+        let settings = Settings { max_depth, caustics: Caustics::On, caustics_only: true, ..settings };
         let images = renders(&world, &settings, seed..seed + RUNS);
         images.iter().map(|image| block_means(image, SIDE)[0] * PI / ALBEDO).collect::<Vec<f64>>()
     };

@@ -5,7 +5,7 @@ mod common;
 
 use caustica::math::Rgb;
 use caustica::render::Image;
-use caustica::render::job::{Integrator, Settings};
+use caustica::render::job::{Caustics, Integrator, Settings};
 use caustica::scene::World;
 use caustica::scene::description::*;
 use common::scenes::under_a_lamp;
@@ -31,6 +31,7 @@ fn measure_paths(
 ) -> Blocks {
     let runs: Vec<Image> = (0..RUNS)
         .map(|run| {
+            let caustics = if caustics { Caustics::On } else { Caustics::Off };
             let settings = Settings { caustics, max_depth, ..settings(integrator, SIDE, samples, seed + run) };
             common::run(world, &settings).image
         })
@@ -268,5 +269,6 @@ fn without_glass_nothing_changes() {
         let output = common::run(&world, &settings);
         (output.image, output.statistics.rays())
     };
-    assert_eq!(image(true), image(false));
+    assert_eq!(image(Caustics::On), image(Caustics::Off));
+    assert_eq!(image(Caustics::Auto), image(Caustics::Off));
 }

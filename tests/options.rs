@@ -5,8 +5,8 @@
 
 mod common;
 
-use caustica::render::job::{Cancel, Integrator, RenderError, Settings, render};
-use caustica::scene::World;
+use caustica::render::job::{Cancel, Caustics, Integrator, RenderError, Settings, render};
+use caustica::scene::{CommitOptions, World};
 use caustica::transport::caustic::{CausticOptions, Check, GeometryTerm};
 use caustica::transport::roulette::Roulette;
 use common::oracle::{check_reference, first_seed, renders};
@@ -38,7 +38,7 @@ static BY_DEFAULT: LazyLock<Blocks> = LazyLock::new(|| measure("by default", Cau
 
 fn with(caustic_options: CausticOptions) -> Settings {
     let settings = common::settings(Integrator::Bdpt, SIDE, SAMPLES, 0);
-    Settings { max_depth: 6, caustics: true, caustics_only: true, caustic_options, ..settings }
+    Settings { max_depth: 6, caustics: Caustics::On, caustics_only: true, caustic_options, ..settings }
 }
 
 /// Seeds differ from case to case: differences between runs with equal seeds are zero but for rare large
@@ -111,6 +111,30 @@ fn walks_of_few_steps_change_nothing() {
     let mut options = CausticOptions::default();
     options.walk.max_iterations = 8;
     changes_nothing("at most 8 steps", options, LIMIT);
+}
+
+#[test]
+fn connections_are_made_where_they_pay() {
+    // By the forecast: a window's room has its light through the pane alone; the panel of Figure 4a is wide,
+    // and the camera sees the floor. With a delta light there is nothing to decide.
+    for (scene, as_with) in [
+        ("window", Caustics::On),
+        ("figure4a", Caustics::Off),
+        ("glass_sphere", Caustics::On),
+        ("cornell", Caustics::Off),
+    ] {
+        let file = format!("{}/scenes/{scene}.glb", env!("CARGO_MANIFEST_DIR"));
+        let loaded = caustica::io::gltf::load(file.as_ref()).expect("a scene of this repository");
+        let world = World::commit(&loaded.description, CommitOptions::default()).expect("a valid scene");
+        let render = |caustics| {
+            let settings = Settings { caustics, ..common::settings(Integrator::Bdpt, 64, 1, 3) };
+            common::run(&world, &settings)
+        };
+        let auto = render(Caustics::Auto);
+        assert_eq!(auto.image, render(as_with).image, "{scene}");
+        let decides = world.requirements.caustics && !world.requirements.delta_lights;
+        assert_eq!(auto.statistics.forecast.is_some(), decides, "{scene}");
+    }
 }
 
 #[test]

@@ -8,7 +8,7 @@ mod common;
 use caustica::io::{gltf, image};
 use caustica::math::luminance;
 use caustica::render::Image;
-use caustica::render::job::{Integrator, Settings};
+use caustica::render::job::{Caustics, Integrator, Settings};
 use caustica::scene::{CommitOptions, World};
 use common::oracle::{BIAS_LIMIT, channel_means, check_bias, check_reference, renders};
 use common::stats::{Blocks, block_means, blocks};
@@ -92,7 +92,7 @@ fn check(name: &str, estimate: Estimate) {
         height: reference.size,
         samples,
         max_depth: reference.max_depth,
-        caustics: false,
+        caustics: Caustics::Off,
         ..Settings::default()
     };
     let images = renders(&world, &settings, first_seed..first_seed + RUNS);

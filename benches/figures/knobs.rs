@@ -3,6 +3,7 @@
 use crate::measure::{Budget, Estimate, Method, Reference};
 use crate::report::{Report, number};
 use crate::{Options, SEED, Scene};
+use caustica::render::job::Caustics;
 use caustica::transport::caustic::{CausticOptions, Check, FEW, GeometryTerm};
 use caustica::transport::roulette::Roulette;
 use std::fmt::Write;
@@ -82,7 +83,7 @@ pub(crate) fn run(scene: &Scene, options: &Options, report: &Report) {
     );
     let mut default_cost = None;
     for (name, caustic_options) in variations() {
-        let method = Method { options: caustic_options, ..ours };
+        let method = Method { options: caustic_options, caustics: Caustics::On, ..ours };
         let (mut errors, mut biases, mut seconds) = (Vec::new(), Vec::new(), Vec::new());
         for k in 0..RENDERS {
             let output = subject.render(&method, Budget::Samples(options.knob_samples), SEED + k, false);

@@ -2,7 +2,7 @@
 
 use caustica::io::gltf;
 use caustica::render::Image;
-use caustica::render::job::{Cancel, Integrator, Output, Settings, render};
+use caustica::render::job::{Cancel, Caustics, Integrator, Output, Settings, render};
 use caustica::scene::{CommitOptions, World};
 use caustica::transport::caustic::CausticOptions;
 use std::path::Path;
@@ -13,24 +13,24 @@ use std::time::Duration;
 pub(crate) struct Method {
     pub(crate) name: &'static str,
     pub(crate) integrator: Integrator,
-    pub(crate) caustics: bool,
+    pub(crate) caustics: Caustics,
     pub(crate) options: CausticOptions,
 }
 
 impl Method {
-    pub(crate) fn new(name: &'static str, integrator: Integrator, caustics: bool) -> Method {
+    pub(crate) fn new(name: &'static str, integrator: Integrator, caustics: Caustics) -> Method {
         Method { name, integrator, caustics, options: CausticOptions::default() }
     }
 
     /// All that the results compare.
     pub(crate) fn all() -> Vec<Method> {
         vec![
-            Method::new("path", Integrator::Path, false),
-            Method::new("light", Integrator::Light, false),
-            Method::new("bdpt", Integrator::Bdpt, false),
-            Method::new("mnee", Integrator::Mnee, true),
-            Method { options: CausticOptions::paper(), ..Method::new("paper", Integrator::Bdpt, true) },
-            Method::new("ours", Integrator::Bdpt, true),
+            Method::new("path", Integrator::Path, Caustics::Off),
+            Method::new("light", Integrator::Light, Caustics::Off),
+            Method::new("bdpt", Integrator::Bdpt, Caustics::Off),
+            Method::new("mnee", Integrator::Mnee, Caustics::On),
+            Method { options: CausticOptions::paper(), ..Method::new("paper", Integrator::Bdpt, Caustics::On) },
+            Method::new("ours", Integrator::Bdpt, Caustics::Auto),
         ]
     }
 }

@@ -192,8 +192,14 @@ fn summary(scene: &Scene, reference: &Reference, checks: &[(&str, Estimate)], ro
 
 fn walks(s: &Statistics) -> String {
     let walks = s.walks;
+    let forecast = s.forecast.map_or(String::new(), |f| {
+        format!(
+            " Forecast: without walks {:.2} times the variance, with them {:.2} times the work.",
+            f.variance, f.work
+        )
+    });
     if walks.total() == 0 {
-        return "Walks of ours: none.".to_owned();
+        return format!("Walks of ours: none.{forecast}");
     }
     let percent = |part: u64, whole: u64| 100.0 * part as f64 / whole.max(1) as f64;
     let nanoseconds = walks.nanoseconds.iter().sum::<u64>() as f64;
@@ -208,7 +214,7 @@ fn walks(s: &Statistics) -> String {
     }
     format!(
         "Walks of ours: {} connections, {:.0} % found a chain; {} checks, {:.0} % confirmed; {:.1} iterations a walk; \
-         {:.0} % of the time; {:.2} µs and {:.2} rays an iteration. Of all walks without a chain: {}.",
+         {:.0} % of the time; {:.2} µs and {:.2} rays an iteration. Of all walks without a chain: {}.{forecast}",
         walks.connections,
         percent(walks.connected, walks.connections),
         walks.checks,

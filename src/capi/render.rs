@@ -11,7 +11,7 @@ use super::handle::{Handle, Kind};
 use super::pixels::Statistics;
 use super::pointer::{In, Out, OutStruct, Sized32};
 use super::scene::{Scene, Snapshot};
-use crate::render::job::{self, Cancel, Integrator, Output, Settings};
+use crate::render::job::{self, Cancel, Caustics, Integrator, Output, Settings};
 use std::ffi::c_void;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
@@ -345,7 +345,11 @@ fn request(device: &Arc<Device>, desc: In<RenderDesc>) -> Result<Request, Failur
     let defaults = Settings::default();
     let settings = Settings {
         integrator,
-        caustics: d.integrator != INTEGRATOR_BDPT_PLAIN,
+        caustics: match d.integrator {
+            INTEGRATOR_DEFAULT => Caustics::Auto,
+            INTEGRATOR_BDPT_PLAIN => Caustics::Off,
+            _ => Caustics::On,
+        },
         width: or(d.width, defaults.width),
         height: or(d.height, defaults.height),
         camera: camera_index(device, &snapshot, d.camera)?,

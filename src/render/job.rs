@@ -2,7 +2,7 @@
 
 use super::Image;
 use super::passes::{Passes, TechniqueSplat, Tile};
-use super::pilot;
+use super::pilot::{self, Pilot};
 use crate::camera::{Camera, Endpoint};
 use crate::integrator::bdpt::{self, View};
 use crate::integrator::{Contribution, Observer, Sample, Splat, light, path};
@@ -53,7 +53,7 @@ pub struct Settings {
     /// Worker threads; 0 for as many as the process may use.
     pub threads: usize,
     /// Whether the bidirectional path tracer connects through glass.
-    pub caustics: bool,
+    pub caustics: Caustics,
     /// How it does.
     pub caustic_options: CausticOptions,
     /// Leave out all paths but caustic ones, see [`Contribution::is_caustic`].
@@ -74,7 +74,7 @@ impl Default for Settings {
             max_depth: 12,
             seed: 0,
             threads: 0,
-            caustics: true,
+            caustics: Caustics::Auto,
             caustic_options: CausticOptions::default(),
             caustics_only: false,
             per_technique: false,
@@ -89,8 +89,9 @@ impl Settings {
             (Integrator::Path, _) => "path",
             (Integrator::Light, _) => "light",
             (Integrator::Mnee, _) => "mnee",
-            (Integrator::Bdpt, true) => "bdpt caustics=on",
-            (Integrator::Bdpt, false) => "bdpt caustics=off",
+            (Integrator::Bdpt, Caustics::Auto) => "bdpt caustics=auto",
+            (Integrator::Bdpt, Caustics::On) => "bdpt caustics=on",
+            (Integrator::Bdpt, Caustics::Off) => "bdpt caustics=off",
         };
         let only = if self.caustics_only { " caustics-only" } else { "" };
         let how = match self.caustic_options {
@@ -99,6 +100,28 @@ impl Settings {
         };
         format!("integrator={integrator} max-depth={}{only}{how}", self.max_depth)
     }
+}
+
+/// Whether the bidirectional path tracer makes caustic connections.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Caustics {
+    /// Where a few samples before the render forecast that they pay. Always with delta lights, of which they
+    /// may find light that nothing else finds.
+    #[default]
+    Auto,
+    /// Always.
+    On,
+    /// Never.
+    Off,
+}
+
+/// What caustic connections bring and cost, by a few samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Forecast {
+    /// Variance of the picture without them over that with them, at equal samples.
+    pub variance: f32,
+    /// Work with them over that without them, per sample, roulette not counted.
+    pub work: f32,
 }
 
 /// Asks a running render to stop; shared between threads.
@@ -150,6 +173,8 @@ pub struct Statistics {
     pub walk_rays: u64,
     /// Manifold walks.
     pub walks: WalkCount,
+    /// On what [`Caustics::Auto`] decided; `None` where there was nothing to decide.
+    pub forecast: Option<Forecast>,
     /// Samples whose value was NaN or infinite; dropped from the image.
     pub non_finite: u64,
     /// Pixel and sample of the first of them.
@@ -314,7 +339,7 @@ pub(super) fn connects_through_glass(world: &World, settings: &Settings) -> bool
         && match settings.integrator {
             Integrator::Path | Integrator::Light => false,
             Integrator::Mnee => true,
-            Integrator::Bdpt => settings.caustics,
+            Integrator::Bdpt => settings.caustics != Caustics::Off,
         }
 }
 
@@ -325,22 +350,21 @@ pub(super) fn view(world: &World, settings: &Settings) -> View {
     View { medium: world.medium_at(center), camera, width: settings.width, height: settings.height }
 }
 
-/// A worker's tracer; `brightness` is that of the pilot.
-pub(super) fn tracer<'w>(world: &'w World, view: &View, settings: &Settings, brightness: f32) -> Tracer<'w> {
+/// A worker's tracer.
+pub(super) fn tracer<'w>(world: &'w World, view: &View, settings: &Settings, pilot: &Pilot) -> Tracer<'w> {
     let mut tracer = Tracer::new(world, settings.max_depth);
     tracer.camera_only = settings.integrator == Integrator::Mnee;
-    let caustics = connects_through_glass(world, settings);
-    if caustics {
+    if pilot.connects {
         tracer.connect_through_glass();
     }
     // The camera's own path crosses glass before the camera at no cost; only where a light cannot be hit
     // does the connection find paths that nothing else finds.
-    tracer.camera_caustics = caustics
+    tracer.camera_caustics = pilot.connects
         && settings.integrator == Integrator::Bdpt
         && world.requirements.delta_lights
         && matches!(view.camera.endpoint(), Endpoint::Point(_));
     tracer.options = settings.caustic_options;
-    tracer.brightness = brightness;
+    tracer.brightness = pilot.brightness;
     tracer
 }
 
@@ -380,9 +404,9 @@ pub fn render(
     let last_report = Mutex::new(start);
     progress(Progress { fraction: 0.0, samples: 0, rays: 0, elapsed: start.elapsed(), noise: f32::NAN });
 
-    let brightness = pilot::brightness(world, &view, settings, cancel);
+    let pilot = pilot::look(world, &view, settings, cancel);
     let work = |_worker: usize| {
-        let mut tracer = tracer(world, &view, settings, brightness);
+        let mut tracer = tracer(world, &view, settings, &pilot);
         let mut sample = Sample::default();
         let stop = || cancel.is_cancelled();
         while let Some(mut tile) = passes.next_tile(&stop) {
@@ -436,6 +460,7 @@ pub fn render(
     let mut output = passes.into_output();
     output.cancelled = cancelled && output.statistics.samples < settings.samples;
     let statistics = &mut output.statistics;
+    statistics.forecast = pilot.forecast;
     statistics.commit_seconds = world.commit_seconds;
     statistics.render_seconds = start.elapsed().as_secs_f64();
     statistics.scene_bytes = world.memory();

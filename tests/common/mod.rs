@@ -6,7 +6,7 @@ pub mod scenes;
 pub mod stats;
 
 use caustica::math::Rgb;
-use caustica::render::job::{Cancel, Integrator, Output, Settings, render};
+use caustica::render::job::{Cancel, Caustics, Integrator, Output, Settings, render};
 use caustica::scene::description::*;
 use caustica::scene::{CommitOptions, World};
 use glam::{DAffine3, DVec3, Vec3};
@@ -183,7 +183,7 @@ pub(crate) fn settings(integrator: Integrator, side: u32, samples: u32, seed: u6
         seed,
         threads: 0,
         max_depth: 10,
-        caustics: false,
+        caustics: Caustics::Off,
         ..Settings::default()
     }
 }

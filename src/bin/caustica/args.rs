@@ -3,7 +3,7 @@
 use crate::{Failure, scene};
 use caustica::intersect::Backend;
 use caustica::manifold::MAX_STARTS;
-use caustica::render::job::{Integrator, Settings};
+use caustica::render::job::{Caustics, Integrator, Settings};
 use caustica::scene::description::Camera;
 use caustica::transport::caustic::{CausticOptions, Check, GeometryTerm};
 use caustica::transport::roulette::Roulette;
@@ -78,8 +78,8 @@ pub(crate) struct Render {
 /// What the samples of a picture depend on, beside the integrator.
 #[derive(Debug, Args)]
 pub(crate) struct Picture {
-    /// Whether bdpt connects through glass by manifold walks
-    #[arg(long, value_enum, default_value_t = Switch::On)]
+    /// Whether bdpt connects through glass by manifold walks; auto: where a few samples forecast that it pays
+    #[arg(long, value_enum, value_name = "WHEN", default_value_t = Switch::Auto)]
     pub(crate) caustics: Switch,
     /// Longest path in segments; 1 is light seen directly
     #[arg(long, value_name = "N", default_value_t = 12, value_parser = clap::value_parser!(u32).range(1..))]
@@ -113,7 +113,11 @@ impl Picture {
             camera: scene::camera(cameras, self.camera.as_deref())?,
             max_depth: self.max_depth,
             seed: self.seed,
-            caustics: self.caustics == Switch::On,
+            caustics: match self.caustics {
+                Switch::Auto => Caustics::Auto,
+                Switch::On => Caustics::On,
+                Switch::Off => Caustics::Off,
+            },
             caustic_options: self.connections.options(),
             ..Settings::default()
         })
@@ -299,6 +303,7 @@ pub(crate) enum IntegratorName {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Switch {
+    Auto,
     On,
     Off,
 }

@@ -7,7 +7,9 @@ use crate::{Failure, scene, units, walks};
 use caustica::io::image::{self, ImageIo, Metadata, WriteOptions};
 use caustica::math::luminance;
 use caustica::render::Image;
-use caustica::render::job::{self, Cancel, Integrator, Output, Settings, Statistics, Technique, TechniqueImages};
+use caustica::render::job::{
+    self, Cancel, Forecast, Integrator, Output, Settings, Statistics, Technique, TechniqueImages,
+};
 use caustica::scene::{CommitOptions, World};
 use clap::CommandFactory;
 use clap::error::ErrorKind;
@@ -137,6 +139,14 @@ fn report(output: &Output, noise: Option<String>, console: Console) {
 
 fn walks(s: &Statistics, console: Console) {
     let walks = s.walks;
+    if let Some(forecast) = s.forecast {
+        let Forecast { variance, work } = forecast;
+        let what = if walks.total() == 0 { "left out" } else { "made" };
+        console.note(&format!(
+            "connections through glass {what}: forecast {variance:.2} times the variance without, {work:.2} times the \
+             work with them"
+        ));
+    }
     if walks.total() == 0 {
         return;
     }
