@@ -6,7 +6,8 @@
 //! moment of the balance heuristic; without them it would add `f²/(p (1 - w))`. So the sum of
 //! `(f/p)² / (1 - w)` over the samples of caustic connections estimates by how much leaving them out raises
 //! the second moment, without ever rendering that way. (With several chains in one path `w` is that of
-//! one of them alone, which errs on the side of leaving out.)
+//! one of them alone, which errs on the side of leaving out; rough glass that is
+//! walked through would be evaluated instead, which the estimate does not know.)
 
 use super::job::{self, Cancel, Caustics, Forecast, Integrator, Settings};
 use crate::integrator::bdpt::{self, View};
@@ -71,6 +72,7 @@ pub(super) fn look(world: &World, view: &View, settings: &Settings, cancel: &Can
     let decides = settings.caustics == Caustics::Auto
         && settings.integrator == Integrator::Bdpt
         && !settings.per_technique
+        && !settings.caustics_only
         && !world.requirements.delta_lights;
     let by_contribution = matches!(settings.caustic_options.roulette, Roulette::Contribution(_));
     if !connects || !(decides || by_contribution) {
@@ -108,10 +110,8 @@ pub(super) fn look(world: &World, view: &View, settings: &Settings, cancel: &Can
     let sum = |moment: fn(&Moments) -> f64| groups.iter().map(moment).sum::<f64>();
     let saved = sum(|m| m.without) / sum(|m| m.all).max(f64::MIN_POSITIVE);
     let rays = tracer.rays.total() - tracer.rays.walk;
-    let forecast = Forecast {
-        variance: (1.0 + saved) as f32,
-        work: (1.0 + STEP * tracer.walks.iterations as f64 / rays.max(1) as f64) as f32,
-    };
-    let connects = f64::from(forecast.variance) - 1.0 > WORTH * (f64::from(forecast.work) - 1.0);
+    let added = STEP * tracer.walks.iterations as f64 / rays.max(1) as f64;
+    let connects = saved > WORTH * added;
+    let forecast = Forecast { variance: (1.0 + saved) as f32, work: (1.0 + added) as f32, connects };
     Pilot { brightness, connects, forecast: Some(forecast) }
 }
