@@ -15,9 +15,10 @@ use crate::integrator::{Contribution, Observer, Sample};
 use crate::scene::World;
 use crate::transport::roulette::Roulette;
 
-/// Samples, in groups, of which the median mean is taken, and all but the group that forecasts most: one path
-/// must not decide.
+/// Samples, in groups, of which the median mean is taken, and the forecast of all but those that forecast most:
+/// a few rare paths must not decide.
 const GROUPS: u32 = 16;
+const TYPICAL: usize = 12;
 const GROUP: u32 = 32;
 
 /// Work of a step of a walk over that of a ray with all that it brings, about (`make bench`).
@@ -106,7 +107,7 @@ pub(super) fn look(world: &World, view: &View, settings: &Settings, cancel: &Can
         return Pilot { brightness, ..idle };
     }
     groups.sort_unstable_by(|a, b| a.without.total_cmp(&b.without));
-    groups.pop();
+    groups.truncate(TYPICAL);
     let sum = |moment: fn(&Moments) -> f64| groups.iter().map(moment).sum::<f64>();
     let saved = sum(|m| m.without) / sum(|m| m.all).max(f64::MIN_POSITIVE);
     let rays = tracer.rays.total() - tracer.rays.walk;

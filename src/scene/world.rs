@@ -166,8 +166,8 @@ impl World {
         let delta_lights = description.lights.iter().any(|l| l.kind.emits());
         // What the camera sees of a delta light through frosted glass, only evaluation finds.
         let walked = walked(description, &bsdfs).filter(|_| !delta_lights);
-        let walked = walked
-            .map(|bsdfs| Walked { refractors: self::refractors(&shapes, &shape_material, &bsdfs), bsdfs });
+        let walked =
+            walked.map(|bsdfs| Walked { refractors: self::refractors(&shapes, &shape_material, &bsdfs), bsdfs });
         let glass = walked.as_ref().map_or(&refractors, |w| &w.refractors);
         let requirements = Requirements {
             caustics: !glass.is_empty() && !lights.is_empty(),
