@@ -49,7 +49,9 @@ impl Intersector for Recorder {
 }
 
 fn settings(integrator: Integrator) -> Settings {
-    Settings { integrator, width: SIDE, height: SIDE, samples: PASSES, seed: SEED, threads: 1, ..Settings::default() }
+    let caustics = Caustics::On;
+    let settings = Settings { integrator, caustics, width: SIDE, height: SIDE, samples: PASSES, ..Settings::default() };
+    Settings { seed: SEED, threads: 1, ..settings }
 }
 
 fn seconds(work: impl FnOnce()) -> f64 {

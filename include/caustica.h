@@ -224,7 +224,8 @@ typedef struct caustica_material_desc {
     float emission[3];           /* radiance, W/(m^2 sr), from the front */
     uint32_t emission_two_sided; /* 1: from the back too */
     float walked_roughness;      /* rough refraction below this roughness is crossed by manifold walks where
-                                    caustic connections are made, 0 to 1; 0: smooth refraction alone */
+                                    caustic connections are made and no light is a point, a spot or
+                                    directional; 0 to 1; 0: smooth refraction alone */
 } caustica_material_desc;
 
 /* Fills a descriptor, whose struct_size is set, with a model's defaults: white, smooth, index 1.5, no

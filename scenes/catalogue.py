@@ -120,7 +120,7 @@ def glass_sphere() -> Scene:
     ], [PointLight("point", (0.9, 3.0, 0.6), (16.0, 16.0, 16.0))])
 
 
-def frosted(roughness: float = 0.2) -> Scene:
+def frosted(roughness: float = 0.1) -> Scene:
     """Ball and plate of slightly rough glass over a floor, under a small lamp."""
     glass = Glass("frosted glass", 1.5, roughness)
     return Scene("frosted", Camera((0.4, 1.8, 3.0), (0.0, 0.3, 0.0), 38.0), [

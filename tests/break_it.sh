@@ -229,12 +229,12 @@ mutation("rough chain: microfacets that do not turn with the surface", "src/mani
 mutation("rough chain: density of the microfacet in the weights", "src/transport/subpath.rs",
          "*p *= f64::from(density);", "*p *= f64::from(density).signum();",
          ("weights", "area_light"))
+mutation("rough chain: walked in spite of delta lights", "src/scene/world.rs",
+         ".filter(|_| !delta_lights)", ".filter(|_| true)",
+         ("caustic", "rough_glass_is_evaluated"))
 mutation("rough chain: order of the microfacets from the light", "src/transport/edge.rs",
          "microfacets.reverse();", "",
          ("caustic", "rough_mesh"))
-mutation("rough chain: the lamp behind frosted glass, as the camera sees it", "src/transport/connect.rs",
-         "if !self.camera_caustics || world.walked.is_none() {", "if true {",
-         ("caustic", "frosted"))
 
 
 def apply(name):

@@ -163,7 +163,7 @@ impl FullPath<'_> {
             }
         };
         if m == 1 {
-            return if light.hittable { vec![0.0, 1.0] } else { vec![1.0, 0.0] };
+            return vec![0.0, 1.0];
         }
         let log_p: Vec<f64> = (0..=m)
             .map(|i| {

@@ -125,12 +125,5 @@ pub fn sample<O: Observer>(
             ));
         }
     }
-    if let Some(start) = tracer.light_to_camera(&view.camera, &mut connect_numbers) {
-        for joined in &tracer.joined {
-            let target = view.pixel(joined.raster);
-            out.splats.push(Splat { pixel: target, value: joined.weighted });
-            observer.observe(&Contribution::of_joined(joined, (1, 1), target, &[], &[], &start));
-        }
-    }
     out.radiance = radiance;
 }

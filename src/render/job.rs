@@ -106,7 +106,7 @@ impl Settings {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Caustics {
     /// Where a few samples before the render forecast that they pay. Always with delta lights, of which they
-    /// may find light that nothing else finds.
+    /// may find light that nothing else finds, and for images per technique or of caustics alone.
     #[default]
     Auto,
     /// Always.
@@ -122,6 +122,8 @@ pub struct Forecast {
     pub variance: f32,
     /// Work with them over that without them, per sample, roulette not counted.
     pub work: f32,
+    /// Whether they are made.
+    pub connects: bool,
 }
 
 /// Asks a running render to stop; shared between threads.

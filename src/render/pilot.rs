@@ -6,7 +6,8 @@
 //! moment of the balance heuristic; without them it would add `f²/(p (1 - w))`. So the sum of
 //! `(f/p)² / (1 - w)` over the samples of caustic connections estimates by how much leaving them out raises
 //! the second moment, without ever rendering that way. (With several chains in one path `w` is that of
-//! one of them alone, which errs on the side of leaving out.)
+//! one of them alone, which errs on the side of leaving out; rough glass that is
+//! walked through would be evaluated instead, which the estimate does not know.)
 
 use super::job::{self, Cancel, Caustics, Forecast, Integrator, Settings};
 use crate::integrator::bdpt::{self, View};
@@ -14,9 +15,10 @@ use crate::integrator::{Contribution, Observer, Sample};
 use crate::scene::World;
 use crate::transport::roulette::Roulette;
 
-/// Samples, in groups, of which the median mean is taken, and all but the group that forecasts most: one path
-/// must not decide.
+/// Samples, in groups, of which the median mean is taken, and the forecast of all but those that forecast most:
+/// a few rare paths must not decide.
 const GROUPS: u32 = 16;
+const TYPICAL: usize = 12;
 const GROUP: u32 = 32;
 
 /// Work of a step of a walk over that of a ray with all that it brings, about (`make bench`).
@@ -71,6 +73,7 @@ pub(super) fn look(world: &World, view: &View, settings: &Settings, cancel: &Can
     let decides = settings.caustics == Caustics::Auto
         && settings.integrator == Integrator::Bdpt
         && !settings.per_technique
+        && !settings.caustics_only
         && !world.requirements.delta_lights;
     let by_contribution = matches!(settings.caustic_options.roulette, Roulette::Contribution(_));
     if !connects || !(decides || by_contribution) {
@@ -104,14 +107,12 @@ pub(super) fn look(world: &World, view: &View, settings: &Settings, cancel: &Can
         return Pilot { brightness, ..idle };
     }
     groups.sort_unstable_by(|a, b| a.without.total_cmp(&b.without));
-    groups.pop();
+    groups.truncate(TYPICAL);
     let sum = |moment: fn(&Moments) -> f64| groups.iter().map(moment).sum::<f64>();
     let saved = sum(|m| m.without) / sum(|m| m.all).max(f64::MIN_POSITIVE);
     let rays = tracer.rays.total() - tracer.rays.walk;
-    let forecast = Forecast {
-        variance: (1.0 + saved) as f32,
-        work: (1.0 + STEP * tracer.walks.iterations as f64 / rays.max(1) as f64) as f32,
-    };
-    let connects = f64::from(forecast.variance) - 1.0 > WORTH * (f64::from(forecast.work) - 1.0);
+    let added = STEP * tracer.walks.iterations as f64 / rays.max(1) as f64;
+    let connects = saved > WORTH * added;
+    let forecast = Forecast { variance: (1.0 + saved) as f32, work: (1.0 + added) as f32, connects };
     Pilot { brightness, connects, forecast: Some(forecast) }
 }

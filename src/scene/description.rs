@@ -73,13 +73,15 @@ pub struct Material {
     /// Whether the back side emits too.
     pub emission_two_sided: bool,
     /// Refraction of a lower roughness than this is crossed by manifold walks, with microfacets drawn
-    /// beforehand, where caustic connections are made; else it is evaluated as any surface that scatters.
-    /// 0 to 1; smooth refraction is always crossed.
+    /// beforehand, where caustic connections are made and all lights have an extent; else it is evaluated as
+    /// any surface that scatters. 0 to 1; smooth refraction is always crossed.
     pub walked_roughness: f32,
 }
 
-/// Default of [`Material::walked_roughness`].
-pub const WALKED_ROUGHNESS: f32 = 0.25;
+/// Default of [`Material::walked_roughness`]. At 0.1 walks lower the error of caustics (at equal time, ball
+/// and plate under a lamp of 10 cm) 2.4 times, from 0.4 on they raise it; and what the camera sees of a small
+/// lamp through glass that is walked through, chance alone finds.
+pub const WALKED_ROUGHNESS: f32 = 0.15;
 
 /// How a surface scatters. Roughness is perceptual: the GGX width is its square.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -101,7 +101,7 @@ pub struct World {
     pub cameras: Vec<description::Camera>,
     /// The shapes that refract smoothly: a segment outside all of their boxes sees no glass.
     pub refractors: Vec<Refractor>,
-    /// With rough ones; `None` if there are none.
+    /// With rough ones; `None` if there are none, and where there are delta lights.
     pub walked: Option<Walked>,
     /// What is switched on.
     pub requirements: Requirements,
@@ -163,12 +163,15 @@ impl World {
             .map_err(|error| SceneError::Backend(error.to_string()))?;
 
         let refractors = refractors(&shapes, &shape_material, &bsdfs);
-        let walked = walked(description, &bsdfs)
-            .map(|bsdfs| Walked { refractors: self::refractors(&shapes, &shape_material, &bsdfs), bsdfs });
+        let delta_lights = description.lights.iter().any(|l| l.kind.emits());
+        // What the camera sees of a delta light through frosted glass, only evaluation finds.
+        let walked = walked(description, &bsdfs).filter(|_| !delta_lights);
+        let walked =
+            walked.map(|bsdfs| Walked { refractors: self::refractors(&shapes, &shape_material, &bsdfs), bsdfs });
         let glass = walked.as_ref().map_or(&refractors, |w| &w.refractors);
         let requirements = Requirements {
             caustics: !glass.is_empty() && !lights.is_empty(),
-            delta_lights: description.lights.iter().any(|l| l.kind.emits()),
+            delta_lights,
             media: boundaries.iter().any(Option::is_some),
             absorption: media.iter().any(|m| m.absorption != Rgb::ZERO),
             hittable_lights: lights.any_hittable(),

@@ -143,11 +143,6 @@ impl Seen {
         self.seed.crossings().len() as u32 + 1
     }
 
-    /// Whether any crossing is rough.
-    pub(super) fn is_rough(&self) -> bool {
-        self.alphas != [0.0; MAX_CHAIN]
-    }
-
     /// The rough crossings, with the width of their distribution of normals.
     fn rough(&self) -> impl Iterator<Item = (usize, f64)> + use<> {
         let rough = (0..).zip(self.alphas).filter(|(_, alpha)| *alpha > 0.0);

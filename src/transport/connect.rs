@@ -253,44 +253,6 @@ impl Tracer<'_> {
         Some((joined, Ray::to_point(&b.at, seen.target)))
     }
 
-    /// Connection of the camera with a light that no path hits, through rough glass: no other technique has
-    /// these paths. (Behind smooth glass such a light is a point, of which no pixel shows anything.)
-    pub fn light_to_camera(&mut self, camera: &Camera, sampler: &mut Sampler) -> Option<LightVertex> {
-        self.joined.clear();
-        let world = self.world;
-        if !self.camera_caustics || world.walked.is_none() {
-            return None;
-        }
-        let pinhole = camera.endpoint();
-        let p = pinhole.position();
-        let (u_light, u) = (sampler.next_1d(), sampler.next_2d());
-        let (light, at, direct) = world.lights.sample_vertex(&world.shapes, p, u_light, u)?;
-        let ray = self.toward_glass(&pinhole, &at)?;
-        if world.lights.densities(&world.shapes, light, &at, -ray.direction, p).hittable {
-            return None;
-        }
-        let Sight::Refracted(mut seen) = self.sight(ray, &pinhole, &at) else { return None };
-        if !seen.is_rough() || seen.segments() > self.max_depth {
-            return None;
-        }
-        self.connect_chains(&pinhole, &at, &mut seen);
-        let mut vertex = None;
-        for chain in &self.chains {
-            let Some(seen) = camera.connect(p + chain.first) else { continue };
-            let emitted = world.lights.emitted(light, &at, chain.last);
-            let scale = camera.density(chain.first, 1.0) * chain.index_ratio / direct;
-            let value = emitted * chain.transmittance * scale as f32;
-            if !(value.max_element() > 0.0) {
-                continue;
-            }
-            let densities = world.lights.densities(&world.shapes, light, &at, chain.last, p);
-            let joined = Joined::caustic(value, 1.0, 1.0, 0.0, chain).attempted(chain.attempt);
-            self.joined.push(Joined { raster: seen.raster, densities: Some(densities), ..joined });
-            vertex = Some(LightVertex { light, at, densities });
-        }
-        vertex
-    }
-
     /// Next-event estimation through glass: manifold next-event estimation (Hanika et al. 2015).
     fn caustic_next_event(
         &mut self,

@@ -78,7 +78,8 @@ pub(crate) struct Render {
 /// What the samples of a picture depend on, beside the integrator.
 #[derive(Debug, Args)]
 pub(crate) struct Picture {
-    /// Whether bdpt connects through glass by manifold walks; auto: where a few samples forecast that it pays
+    /// Whether bdpt connects through glass by manifold walks; auto: where a few samples forecast that it pays, and
+    /// always with delta lights, --strategies and --caustics-only
     #[arg(long, value_enum, value_name = "WHEN", default_value_t = Switch::Auto)]
     pub(crate) caustics: Switch,
     /// Longest path in segments; 1 is light seen directly
@@ -173,7 +174,7 @@ pub(crate) struct Connections {
     #[arg(long, value_name = "P", value_parser = probability)]
     pub(crate) further: Option<f32>,
     /// Refraction of a lower roughness is crossed by walks, at microfacets drawn beforehand, instead of being
-    /// evaluated; 0: smooth refraction alone [default: the material's own]
+    /// evaluated, unless there are delta lights; 0: smooth refraction alone [default: the material's own]
     #[arg(long, value_name = "R", value_parser = unit)]
     pub(crate) walked_roughness: Option<f32>,
     /// Most steps of a walk
@@ -297,7 +298,7 @@ pub(crate) enum IntegratorName {
     Light,
     /// Path tracing with manifold next-event estimation: light through glass, from lamps only
     Mnee,
-    /// Bidirectional path tracing, with connections through glass unless --caustics off
+    /// Bidirectional path tracing, with connections through glass as --caustics says
     Bdpt,
 }
 
