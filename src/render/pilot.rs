@@ -13,7 +13,7 @@ use super::job::{self, Cancel, Caustics, Forecast, Integrator, Settings};
 use crate::integrator::bdpt::{self, View};
 use crate::integrator::{Contribution, Observer, Sample};
 use crate::scene::World;
-use crate::transport::roulette::Roulette;
+use crate::transport::roulette::{Experience, Roulette};
 
 /// Samples, in groups, of which the median mean is taken, and the forecast of all but those that forecast most:
 /// a few rare paths must not decide.
@@ -34,10 +34,10 @@ const WORTH: f64 = 0.1;
 const MOST: f64 = 1e6;
 
 /// What the samples tell the tracers of their render.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Pilot {
-    /// Mean radiance; 0 if nothing asks for it.
-    pub(super) brightness: f32,
+    /// For roulette on caustic connections; none if nothing asks for it.
+    pub(super) experience: Experience,
     /// Whether caustic connections are made.
     pub(super) connects: bool,
     /// What that was decided on, if it was.
@@ -68,18 +68,22 @@ impl Observer for Moments {
 /// Draws the samples, if anything depends on them: a function of scene, view, seed and settings.
 pub(super) fn look(world: &World, view: &View, settings: &Settings, cancel: &Cancel) -> Pilot {
     let connects = job::connects_through_glass(world, settings);
-    let idle = Pilot { brightness: 0.0, connects, forecast: None };
+    let idle = Pilot { experience: Experience::default(), connects, forecast: None };
     // Where a light cannot be hit, the connections may find what nothing else does.
     let decides = settings.caustics == Caustics::Auto
         && settings.integrator == Integrator::Bdpt
         && !settings.per_technique
         && !settings.caustics_only
         && !world.requirements.delta_lights;
-    let by_contribution = matches!(settings.caustic_options.roulette, Roulette::Contribution(_));
-    if !connects || !(decides || by_contribution) {
+    let threshold = match settings.caustic_options.roulette {
+        Roulette::Contribution(threshold) => Some(threshold),
+        Roulette::Off | Roulette::Lengths => None,
+    };
+    if !connects || !(decides || threshold.is_some()) {
         return idle;
     }
     let mut tracer = job::tracer(world, view, settings, &idle);
+    tracer.trials = threshold.map(|_| Vec::new());
     let pixels = u64::from(settings.width) * u64::from(settings.height);
     let mut sample = Sample::default();
     let (mut means, mut groups) = (Vec::new(), Vec::new());
@@ -102,9 +106,12 @@ pub(super) fn look(world: &World, view: &View, settings: &Settings, cancel: &Can
         groups.push(moments);
     }
     means.sort_unstable_by(f32::total_cmp);
-    let brightness = if by_contribution { means[means.len() / 2] } else { 0.0 };
+    let experience = match (threshold, &tracer.trials) {
+        (Some(threshold), Some(trials)) => Experience::new(trials, threshold * means[means.len() / 2]),
+        _ => Experience::default(),
+    };
     if !decides {
-        return Pilot { brightness, ..idle };
+        return Pilot { experience, ..idle };
     }
     groups.sort_unstable_by(|a, b| a.without.total_cmp(&b.without));
     groups.truncate(TYPICAL);
@@ -114,5 +121,5 @@ pub(super) fn look(world: &World, view: &View, settings: &Settings, cancel: &Can
     let added = STEP * tracer.walks.iterations as f64 / rays.max(1) as f64;
     let connects = saved > WORTH * added;
     let forecast = Forecast { variance: (1.0 + saved) as f32, work: (1.0 + added) as f32, connects };
-    Pilot { brightness, connects, forecast: Some(forecast) }
+    Pilot { experience, connects, forecast: Some(forecast) }
 }
