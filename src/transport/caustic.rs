@@ -19,6 +19,7 @@ use crate::manifold::{
     Crossing, End, MAX_CHAIN, MAX_STARTS, Rejection, Seed, Source, Tilt, WalkSettings, starts, walk,
 };
 use crate::math::Rgb;
+use crate::scene::World;
 use crate::scene::world::MediumId;
 use glam::{DVec3, Vec3};
 use std::cell::Cell;
@@ -70,6 +71,11 @@ pub const FEW: u32 = 3;
 /// directions, in radians.
 const CLOSE_ENOUGH: f64 = 0.02;
 
+/// Most steps of a walk where all lights can be hit, so that other techniques find what it gives up. Those
+/// that need more are 1 to 5 % of the walks that arrive, and hopeless ones run to the end: with 24 instead of 64
+/// the error at equal time falls by 1 % (eye) to 30 % (lumpy).
+pub const HURRIED: u32 = 24;
+
 /// How caustic connections are made and weighed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CausticOptions {
@@ -78,6 +84,8 @@ pub struct CausticOptions {
     /// Of sampled chains. All but the exact one need [`GeometryTerm::Direct`]: without the walk's result
     /// the generalised term of a sampled chain is not known.
     pub check: Check,
+    /// Most steps of a walk, in place of what `walk` says; by default [`HURRIED`] where all lights can be hit.
+    pub max_iterations: Option<u32>,
     /// The walk.
     pub walk: WalkSettings,
     /// Walks from one pair of ends, the one from the straight segment included; behind flat glass there is
@@ -94,6 +102,7 @@ impl Default for CausticOptions {
         CausticOptions {
             geometry_term: GeometryTerm::Exact,
             check: Check::Exact,
+            max_iterations: None,
             walk: WalkSettings::default(),
             seeds: 1,
             further: 0.25,
@@ -103,12 +112,22 @@ impl Default for CausticOptions {
 }
 
 impl CausticOptions {
+    /// With the walk that a scene asks for.
+    pub(crate) fn in_world(mut self, world: &World) -> CausticOptions {
+        let most = if world.requirements.delta_lights { None } else { Some(HURRIED) };
+        if let Some(n) = self.max_iterations.or(most) {
+            self.walk.max_iterations = n;
+        }
+        self
+    }
+
     /// What the paper describes: the direct term, a check of few steps, roulette by lengths, one
     /// walk per connection.
     pub fn paper() -> CausticOptions {
         CausticOptions {
             geometry_term: GeometryTerm::Direct,
             check: Check::Few,
+            max_iterations: None,
             walk: WalkSettings::default(),
             seeds: 1,
             further: 1.0,

@@ -5,7 +5,7 @@
 //! first tested for a zero of its scattering functions, then for visibility.
 
 use super::caustic::{CausticEdge, Sight};
-use super::roulette::Place;
+use super::experience::Place;
 use super::vertex::{LightVertex, Vertex};
 use super::{Tracer, weight};
 use crate::camera::{Camera, Endpoint};

@@ -7,7 +7,7 @@
 use super::caustic::{CausticEdge, CausticOptions, WalkCount};
 use super::connect::Joined;
 use super::edge::{Departure, EdgeEnd, OpenEdge};
-use super::roulette::{Experience, Trial};
+use super::experience::{Experience, Trial};
 use super::vertex::{EdgeRecord, LightVertex, Vertex};
 use super::weight::{Partial, emitter_hit};
 use crate::camera::{Camera, Endpoint};
