@@ -18,7 +18,7 @@ use std::sync::LazyLock;
 const RUNS: u64 = 16;
 const SIDE: u32 = 24;
 const BLOCK: u32 = 6;
-const SAMPLES: u32 = 64;
+const SAMPLES: u32 = 128;
 
 /// Bias of the caustic paths' mean that is excluded with 95 % confidence.
 const LIMIT: f64 = 0.025;
