@@ -365,7 +365,7 @@ pub(super) fn tracer<'w>(world: &'w World, view: &View, settings: &Settings, pil
         && settings.integrator == Integrator::Bdpt
         && world.requirements.delta_lights
         && matches!(view.camera.endpoint(), Endpoint::Point(_));
-    tracer.options = settings.caustic_options.in_world(world);
+    tracer.options = settings.caustic_options;
     tracer.experience = pilot.experience.clone();
     tracer
 }
