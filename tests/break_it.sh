@@ -181,8 +181,8 @@ mutation("roulette: division, path tracer", "src/integrator/path.rs",
 
 # Caustic connections.
 mutation("caustic: check cut to 3 iterations", "src/transport/caustic.rs",
-         "_ => (self.options.walk, SAME_CHAIN),",
-         "_ => (WalkSettings { max_iterations: 3, ..self.options.walk }, SAME_CHAIN),",
+         "_ => (walk, SAME_CHAIN),",
+         "_ => (WalkSettings { max_iterations: 3, ..walk }, SAME_CHAIN),",
          ("caustic", "ball"))
 mutation("caustic: no check", "src/transport/caustic.rs",
          "edge.leaves_like(first, last, close).then_some(edge)",
