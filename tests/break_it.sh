@@ -181,8 +181,8 @@ mutation("roulette: division, path tracer", "src/integrator/path.rs",
 
 # Caustic connections.
 mutation("caustic: check cut to 3 iterations", "src/transport/caustic.rs",
-         "_ => (self.options.walk, SAME_CHAIN),",
-         "_ => (WalkSettings { max_iterations: 3, ..self.options.walk }, SAME_CHAIN),",
+         "_ => (walk, SAME_CHAIN),",
+         "_ => (WalkSettings { max_iterations: 3, ..walk }, SAME_CHAIN),",
          ("caustic", "ball"))
 mutation("caustic: no check", "src/transport/caustic.rs",
          "edge.leaves_like(first, last, close).then_some(edge)",
@@ -212,7 +212,7 @@ mutation("caustic: the paper's base case, the camera's technique counted behind 
          "        let mut technique = if edge.chain == 0 || camera { 1.0 } else { 0.0 };",
          ("weights", "area_light"))
 mutation("caustic: roulette without its division", "src/transport/roulette.rs",
-         "return Some(1.0 / probability);", "return Some(1.0);",
+         "return attempt(1.0 / probability);", "return attempt(1.0);",
          ("options", "roulette_changes_nothing"))
 mutation("caustic: opaque surfaces on the straight line stop the walk", "src/transport/caustic.rs",
          "const MOST_OPAQUE: u32 = 4;", "const MOST_OPAQUE: u32 = 0;",

@@ -18,7 +18,7 @@ use std::sync::LazyLock;
 const RUNS: u64 = 16;
 const SIDE: u32 = 24;
 const BLOCK: u32 = 6;
-const SAMPLES: u32 = 64;
+const SAMPLES: u32 = 128;
 
 /// Bias of the caustic paths' mean that is excluded with 95 % confidence.
 const LIMIT: f64 = 0.025;
@@ -108,9 +108,10 @@ fn the_number_of_walks_changes_nothing() {
 #[test]
 fn walks_of_few_steps_change_nothing() {
     // The check is the connection's own walk: what it gives up, the other techniques find.
-    let mut options = CausticOptions::default();
-    options.walk.max_iterations = 8;
-    changes_nothing("at most 8 steps", options, LIMIT);
+    for n in [8, 64] {
+        let options = CausticOptions { max_iterations: Some(n), ..CausticOptions::default() };
+        changes_nothing(&format!("at most {n} steps"), options, LIMIT);
+    }
 }
 
 #[test]

@@ -39,8 +39,8 @@ fn variations() -> Vec<(String, CausticOptions)> {
     for p in [0.25, 1.0] {
         vary(format!("further starts with probability {p}"), &|o| o.further = p);
     }
-    for n in [8, 16, 32, 64] {
-        vary(format!("at most {n} iterations"), &|o| o.walk.max_iterations = n);
+    for n in [8, 16, 24, 32, 64] {
+        vary(format!("at most {n} iterations"), &|o| o.max_iterations = Some(n));
     }
     for angle in [1e-5, 1e-6, 1e-8, 1e-11] {
         vary(format!("tolerance {angle:e}"), &|o| o.walk.tolerance = angle);

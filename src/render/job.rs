@@ -366,7 +366,7 @@ pub(super) fn tracer<'w>(world: &'w World, view: &View, settings: &Settings, pil
         && world.requirements.delta_lights
         && matches!(view.camera.endpoint(), Endpoint::Point(_));
     tracer.options = settings.caustic_options;
-    tracer.brightness = pilot.brightness;
+    tracer.experience = pilot.experience.clone();
     tracer
 }
 

@@ -1,5 +1,5 @@
-//! A few samples before the first pass: how bright the picture is, which roulette on caustic connections
-//! needs to know, and whether these connections pay.
+//! A few samples before the first pass: what attempted caustic connections bring, which roulette on them
+//! needs to know, and whether they pay at all.
 //!
 //! What they would save can be read off their weights. A path of value `f` that all techniques together
 //! sample with density `p`, of which caustic connections have the share `w`, adds `f²/p` to the second
@@ -13,7 +13,8 @@ use super::job::{self, Cancel, Caustics, Forecast, Integrator, Settings};
 use crate::integrator::bdpt::{self, View};
 use crate::integrator::{Contribution, Observer, Sample};
 use crate::scene::World;
-use crate::transport::roulette::Roulette;
+use crate::transport::experience::Experience;
+use crate::transport::roulette::{self, Roulette};
 
 /// Samples, in groups, of which the median mean is taken, and the forecast of all but those that forecast most:
 /// a few rare paths must not decide.
@@ -26,18 +27,18 @@ const STEP: f64 = 2.0;
 
 /// Caustic connections stay if the variance that they save is more than this share of the work that they
 /// add. The variance is that of the whole picture, of which caustics are a part that matters more. Measured
-/// (variance saved over work added; error of the caustics at equal time, plain over ours): lumpy 0.02, 0.15;
-/// figure4a 0.02, 0.4; water_glass 0.07, 0.9; eye 0.4, 3.3; demo 1, 1.3; the others are far above.
+/// (variance saved over work added; error of the caustics at equal time, plain over ours): figure4a 0.01, 0.6;
+/// lumpy 0.02, 0.4; water_glass 0.03, 0.9; demo 0.15, 1.0; frosted 0.25, 3; eye 2, 4; the others are far above.
 const WORTH: f64 = 0.1;
 
 /// Largest `1/(1 - w)`: a path that nothing else finds counts a million times.
 const MOST: f64 = 1e6;
 
 /// What the samples tell the tracers of their render.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Pilot {
-    /// Mean radiance; 0 if nothing asks for it.
-    pub(super) brightness: f32,
+    /// For roulette on caustic connections; none if nothing asks for it.
+    pub(super) experience: Experience,
     /// Whether caustic connections are made.
     pub(super) connects: bool,
     /// What that was decided on, if it was.
@@ -68,18 +69,22 @@ impl Observer for Moments {
 /// Draws the samples, if anything depends on them: a function of scene, view, seed and settings.
 pub(super) fn look(world: &World, view: &View, settings: &Settings, cancel: &Cancel) -> Pilot {
     let connects = job::connects_through_glass(world, settings);
-    let idle = Pilot { brightness: 0.0, connects, forecast: None };
+    let idle = Pilot { experience: Experience::default(), connects, forecast: None };
     // Where a light cannot be hit, the connections may find what nothing else does.
     let decides = settings.caustics == Caustics::Auto
         && settings.integrator == Integrator::Bdpt
         && !settings.per_technique
         && !settings.caustics_only
         && !world.requirements.delta_lights;
-    let by_contribution = matches!(settings.caustic_options.roulette, Roulette::Contribution(_));
-    if !connects || !(decides || by_contribution) {
+    let threshold = match settings.caustic_options.roulette {
+        Roulette::Contribution(threshold) => Some(threshold),
+        Roulette::Off | Roulette::Lengths => None,
+    };
+    if !connects || !(decides || threshold.is_some()) {
         return idle;
     }
     let mut tracer = job::tracer(world, view, settings, &idle);
+    tracer.trials = threshold.map(|_| Vec::new());
     let pixels = u64::from(settings.width) * u64::from(settings.height);
     let mut sample = Sample::default();
     let (mut means, mut groups) = (Vec::new(), Vec::new());
@@ -102,17 +107,20 @@ pub(super) fn look(world: &World, view: &View, settings: &Settings, cancel: &Can
         groups.push(moments);
     }
     means.sort_unstable_by(f32::total_cmp);
-    let brightness = if by_contribution { means[means.len() / 2] } else { 0.0 };
+    let certain = threshold.unwrap_or(0.0) * means[means.len() / 2];
+    let trials = tracer.trials.take().unwrap_or_default();
+    let experience = if certain > 0.0 { Experience::new(&trials, certain) } else { Experience::default() };
     if !decides {
-        return Pilot { brightness, ..idle };
+        return Pilot { experience, ..idle };
     }
     groups.sort_unstable_by(|a, b| a.without.total_cmp(&b.without));
     groups.truncate(TYPICAL);
     let sum = |moment: fn(&Moments) -> f64| groups.iter().map(moment).sum::<f64>();
     let saved = sum(|m| m.without) / sum(|m| m.all).max(f64::MIN_POSITIVE);
     let rays = tracer.rays.total() - tracer.rays.walk;
-    let added = STEP * tracer.walks.iterations as f64 / rays.max(1) as f64;
+    let steps = tracer.walks.iterations as f64 - roulette::spared(&trials, &experience);
+    let added = STEP * steps / rays.max(1) as f64;
     let connects = saved > WORTH * added;
     let forecast = Forecast { variance: (1.0 + saved) as f32, work: (1.0 + added) as f32, connects };
-    Pilot { brightness, connects, forecast: Some(forecast) }
+    Pilot { experience, connects, forecast: Some(forecast) }
 }

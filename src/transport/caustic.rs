@@ -70,6 +70,11 @@ pub const FEW: u32 = 3;
 /// directions, in radians.
 const CLOSE_ENOUGH: f64 = 0.02;
 
+/// Most steps of a walk between ends that other techniques join, too. Of the walks that arrive 1 to 5 %
+/// need more, and hopeless ones run to the end: with 24 instead of 64 the error at equal time falls by 1 %
+/// (water_glass) to 30 % (lumpy).
+pub const HURRIED: u32 = 24;
+
 /// How caustic connections are made and weighed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CausticOptions {
@@ -78,6 +83,8 @@ pub struct CausticOptions {
     /// Of sampled chains. All but the exact one need [`GeometryTerm::Direct`]: without the walk's result
     /// the generalised term of a sampled chain is not known.
     pub check: Check,
+    /// Most steps of a walk; by default those of `walk` to a light that cannot be hit, else [`HURRIED`].
+    pub max_iterations: Option<u32>,
     /// The walk.
     pub walk: WalkSettings,
     /// Walks from one pair of ends, the one from the straight segment included; behind flat glass there is
@@ -94,6 +101,7 @@ impl Default for CausticOptions {
         CausticOptions {
             geometry_term: GeometryTerm::Exact,
             check: Check::Exact,
+            max_iterations: None,
             walk: WalkSettings::default(),
             seeds: 1,
             further: 0.25,
@@ -109,6 +117,7 @@ impl CausticOptions {
         CausticOptions {
             geometry_term: GeometryTerm::Direct,
             check: Check::Few,
+            max_iterations: None,
             walk: WalkSettings::default(),
             seeds: 1,
             further: 1.0,
@@ -366,6 +375,15 @@ impl Tracer<'_> {
         Sight::Blocked
     }
 
+    /// The walk to `b`: patient where nothing else finds the path.
+    fn walk_settings(&self, b: &Endpoint) -> WalkSettings {
+        // A camera's path samples chains that end there, whatever the walk finds.
+        let others = matches!(b, Endpoint::Surface(_)) || !self.world.requirements.delta_lights;
+        let walk = self.options.walk;
+        let most = if others { walk.max_iterations.min(HURRIED) } else { walk.max_iterations };
+        WalkSettings { max_iterations: self.options.max_iterations.unwrap_or(most), ..walk }
+    }
+
     /// One chain of `S(a, b)`: the unobstructed chain from `a` (camera side) to `b` (light side) to which the
     /// walk leads from the straight segment or from `start`, or nothing.
     fn solve(
@@ -476,7 +494,7 @@ impl Tracer<'_> {
         let seen = &*seen;
         let start = self.walks.connections.is_multiple_of(TIMED).then(Instant::now);
         self.chains.clear();
-        let settings = self.options.walk;
+        let settings = self.walk_settings(b);
         let straight = self.solve(a, b, seen, None, &settings);
         self.chains.extend(straight);
         let further = self.options.further;
@@ -514,12 +532,13 @@ impl Tracer<'_> {
             seen.seed.tilt(i, Tilt::of(seen.seed.vertices()[i].ns, n, h, alpha));
         }
         self.walks.checks += 1;
+        let walk = self.walk_settings(b);
         let (settings, close) = match self.options.check {
             Check::Few => {
-                let settings = WalkSettings { max_iterations: FEW, tolerance: CLOSE_ENOUGH, ..self.options.walk };
+                let settings = WalkSettings { max_iterations: FEW, tolerance: CLOSE_ENOUGH, ..walk };
                 (settings, CLOSE_ENOUGH as f32)
             }
-            _ => (self.options.walk, SAME_CHAIN),
+            _ => (walk, SAME_CHAIN),
         };
         let start = self.walks.checks.is_multiple_of(TIMED).then(Instant::now);
         let found = std::iter::once(None).chain(self.starts(a, b, &seen).map(Some)).find_map(|from| {

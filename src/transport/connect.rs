@@ -5,6 +5,7 @@
 //! first tested for a zero of its scattering functions, then for visibility.
 
 use super::caustic::{CausticEdge, Sight};
+use super::experience::Place;
 use super::vertex::{LightVertex, Vertex};
 use super::{Tracer, weight};
 use crate::camera::{Camera, Endpoint};
@@ -76,22 +77,24 @@ impl Tracer<'_> {
         if self.caustics {
             let (light, at, direct) = world.lights.sample_vertex(&world.shapes, a.at.p, u_light, u)?;
             let from = Endpoint::Surface(a.at);
+            let places = [Place::Shape(a.at.shape), Place::Light(light)];
             if let Some(ray) = self.toward_glass(&from, &at)
-                && let Some(attempt) = self.attempt(regular.as_ref().map(|r| &r.0), index)
+                && let Some(attempt) = self.attempt(places, regular.as_ref().map(|r| &r.0), index)
             {
-                match self.sight(ray, &from, &at) {
+                let found = match self.sight(ray, &from, &at) {
                     Sight::Clear => {
                         let (joined, light, _) = regular?;
                         self.joined.push(joined);
                         return Some(light);
                     }
-                    Sight::Blocked => return None,
                     Sight::Refracted(mut seen) if a.segments + seen.segments() <= self.max_depth => {
                         self.connect_chains(&from, &at, &mut seen);
-                        return self.caustic_next_event(&a, light, at, direct, attempt);
+                        self.caustic_next_event(&a, light, at, direct, attempt.scale)
                     }
-                    Sight::Refracted(_) => return None,
-                }
+                    Sight::Blocked | Sight::Refracted(_) => None,
+                };
+                self.learn(&attempt);
+                return found;
             }
         }
         let (joined, light, ray) = regular?;
@@ -147,17 +150,22 @@ impl Tracer<'_> {
             let (a, b) = (&self.camera_vertices[i], &self.light_vertices[j]);
             let (from, to) = (Endpoint::Surface(a.at), Endpoint::Surface(b.at));
             let segments = a.segments + b.segments;
+            let places = [Place::Shape(a.at.shape), Place::Shape(b.at.shape)];
             if let Some(ray) = self.toward_glass(&from, &to)
-                && let Some(attempt) = self.attempt(regular.as_ref().map(|r| &r.0), i + j + 1)
+                && let Some(attempt) = self.attempt(places, regular.as_ref().map(|r| &r.0), i + j + 1)
             {
                 match self.sight(ray, &from, &to) {
-                    Sight::Clear => self.joined.extend(regular.map(|(joined, _)| joined)),
+                    Sight::Clear => {
+                        self.joined.extend(regular.map(|(joined, _)| joined));
+                        return;
+                    }
                     Sight::Refracted(mut seen) if segments + seen.segments() <= self.max_depth => {
                         self.connect_chains(&from, &to, &mut seen);
-                        self.caustic_connect(i, j, attempt);
+                        self.caustic_connect(i, j, attempt.scale);
                     }
                     Sight::Blocked | Sight::Refracted(_) => {}
                 }
+                self.learn(&attempt);
                 return;
             }
         }
@@ -210,17 +218,22 @@ impl Tracer<'_> {
         if self.camera_caustics {
             let b = &self.light_vertices[j];
             let (pinhole, to, segments) = (camera.endpoint(), Endpoint::Surface(b.at), b.segments);
+            let places = [Place::Camera, Place::Shape(b.at.shape)];
             if let Some(ray) = self.toward_glass(&pinhole, &to)
-                && let Some(attempt) = self.attempt(regular.as_ref().map(|r| &r.0), j)
+                && let Some(attempt) = self.attempt(places, regular.as_ref().map(|r| &r.0), j)
             {
                 match self.sight(ray, &pinhole, &to) {
-                    Sight::Clear => self.joined.extend(regular.map(|(joined, _)| joined)),
+                    Sight::Clear => {
+                        self.joined.extend(regular.map(|(joined, _)| joined));
+                        return;
+                    }
                     Sight::Refracted(mut seen) if segments + seen.segments() <= self.max_depth => {
                         self.connect_chains(&pinhole, &to, &mut seen);
-                        self.caustic_to_camera(camera, pinhole, j, attempt);
+                        self.caustic_to_camera(camera, pinhole, j, attempt.scale);
                     }
                     Sight::Blocked | Sight::Refracted(_) => {}
                 }
+                self.learn(&attempt);
                 return;
             }
         }

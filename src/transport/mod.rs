@@ -3,6 +3,7 @@
 pub mod caustic;
 pub mod connect;
 mod edge;
+pub mod experience;
 mod interfaces;
 pub mod roulette;
 pub mod subpath;

@@ -7,9 +7,10 @@
 
 use super::Tracer;
 use super::connect::Joined;
+use super::experience::{Experience, Place, Trial, class};
 
-/// Smallest probability of an attempt. What the straight line underestimates, light in a focus above
-/// all, weighs at most its reciprocal.
+/// Smallest probability of an attempt. What the guess underestimates, light in a focus above all,
+/// weighs at most its reciprocal.
 const LEAST: f32 = 0.05;
 
 /// Probability per vertex between an attempt and the ends of the path, for [`Roulette::Lengths`].
@@ -22,32 +23,68 @@ pub enum Roulette {
     Off,
     /// The number of vertices before both ends, as in the paper: the more, the less likely.
     Lengths,
-    /// The contribution, weight included, that the straight line would make if nothing were in its way,
-    /// over this multiple of the picture's mean radiance: from 1 on it is certain.
+    /// The contribution, weight included, that [`Experience`] expects, over this multiple of the picture's
+    /// mean radiance: from 1 on it is certain.
     Contribution(f32),
 }
 
+/// A connection that is tried.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Attempt {
+    /// Reciprocal of the probability with which it is.
+    pub(super) scale: f32,
+    class: usize,
+    straight: f32,
+    /// Steps of all walks before it.
+    steps: u64,
+}
+
+/// Steps that roulette on these trials is expected to spare.
+pub fn spared(trials: &[Trial], experience: &Experience) -> f64 {
+    let spared = |t: &Trial| {
+        let probability = experience.expects(t.class, t.straight).unwrap_or(1.0).clamp(LEAST, 1.0);
+        f64::from(1.0 - probability) * t.steps as f64
+    };
+    trials.iter().map(spared).sum()
+}
+
 impl Tracer<'_> {
-    /// Whether to try a caustic connection that would contribute `straight` if nothing were in the way,
-    /// with `vertices` connectable vertices before its ends: the reciprocal of the probability, or not.
+    /// Whether to try a caustic connection between two places that would contribute `straight` if nothing
+    /// were in the way, with `vertices` connectable vertices before its ends.
     #[inline]
-    pub(super) fn attempt(&mut self, straight: Option<&Joined>, vertices: usize) -> Option<f32> {
+    pub(super) fn attempt(
+        &mut self,
+        places: [Place; 2],
+        straight: Option<&Joined>,
+        vertices: usize,
+    ) -> Option<Attempt> {
+        let class = class(places);
+        let straight = straight.map_or(0.0, |s| s.weighted.max_element());
+        let steps = self.walks.iterations;
+        let attempt = |scale| Some(Attempt { scale, class, straight, steps });
         let probability = match self.options.roulette {
-            Roulette::Off => return Some(1.0),
+            Roulette::Off => 1.0,
             Roulette::Lengths => PER_VERTEX.powi(vertices as i32),
-            Roulette::Contribution(threshold) => {
-                straight.map_or(0.0, |s| s.weighted.max_element()) / (threshold * self.brightness)
-            }
+            Roulette::Contribution(_) => self.experience.expects(class, straight).unwrap_or(1.0),
         };
-        // Before there is a mean radiance the quotient is NaN or infinite: certain.
         if !(probability < 1.0) {
-            return Some(1.0);
+            return attempt(1.0);
         }
         let probability = probability.max(LEAST);
         if self.roulette.next_1d() < probability {
-            return Some(1.0 / probability);
+            return attempt(1.0 / probability);
         }
         self.walks.spared += 1;
         None
+    }
+
+    /// Notes, if anybody asked for it, what came of an attempt whose straight line was not free.
+    #[inline]
+    pub(super) fn learn(&mut self, attempt: &Attempt) {
+        if let Some(trials) = &mut self.trials {
+            let found = self.joined.iter().map(|j| j.weighted.max_element()).sum();
+            let steps = self.walks.iterations - attempt.steps;
+            trials.push(Trial { class: attempt.class, straight: attempt.straight, found, steps });
+        }
     }
 }

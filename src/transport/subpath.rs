@@ -7,6 +7,7 @@
 use super::caustic::{CausticEdge, CausticOptions, WalkCount};
 use super::connect::Joined;
 use super::edge::{Departure, EdgeEnd, OpenEdge};
+use super::experience::{Experience, Trial};
 use super::vertex::{EdgeRecord, LightVertex, Vertex};
 use super::weight::{Partial, emitter_hit};
 use crate::camera::{Camera, Endpoint};
@@ -131,8 +132,10 @@ pub struct Tracer<'w> {
     pub options: CausticOptions,
     /// Random numbers of roulette on them; of the current sample.
     pub roulette: Sampler,
-    /// Mean radiance of the picture as far as it is known, else 0.
-    pub brightness: f32,
+    /// What it goes by.
+    pub experience: Experience,
+    /// The trials so far, for those who want to learn from them.
+    pub trials: Option<Vec<Trial>>,
 }
 
 /// The moving end of a subpath.
@@ -173,7 +176,8 @@ impl<'w> Tracer<'w> {
             chains: Vec::new(),
             options: CausticOptions::default(),
             roulette: Sampler::new(0, 0, 0, Stream::Caustic),
-            brightness: 0.0,
+            experience: Experience::default(),
+            trials: None,
         }
     }
 

@@ -177,7 +177,7 @@ pub(crate) struct Connections {
     /// evaluated, unless there are delta lights; 0: smooth refraction alone [default: the material's own]
     #[arg(long, value_name = "R", value_parser = unit)]
     pub(crate) walked_roughness: Option<f32>,
-    /// Most steps of a walk
+    /// Most steps of a walk [default: 64 to lights that cannot be hit, else 24]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) walk_iterations: Option<u32>,
     /// Largest deviation from Snell's law at the end of a walk, radians, at most 1e-5
@@ -214,9 +214,7 @@ impl Connections {
         if let Some(p) = self.further {
             options.further = p;
         }
-        if let Some(n) = self.walk_iterations {
-            options.walk.max_iterations = n;
-        }
+        options.max_iterations = self.walk_iterations;
         if let Some(angle) = self.walk_tolerance {
             options.walk.tolerance = angle;
         }
