@@ -6,6 +6,7 @@ mod energy;
 mod robustness;
 mod sampling;
 mod symmetry;
+mod walked;
 
 use super::*;
 use crate::math::{Sampler, Stream};
