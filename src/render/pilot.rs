@@ -121,6 +121,6 @@ pub(super) fn look(world: &World, view: &View, settings: &Settings, cancel: &Can
     let steps = tracer.walks.iterations as f64 - roulette::spared(&trials, &experience);
     let added = STEP * steps / rays.max(1) as f64;
     let connects = saved > WORTH * added;
-    let forecast = Forecast { variance: (1.0 + saved) as f32, work: (1.0 + added) as f32, connects };
+    let forecast = Forecast { variance: (1.0 + saved) as f32, work: (1.0 + added) as f32 };
     Pilot { experience, connects, forecast: Some(forecast) }
 }
