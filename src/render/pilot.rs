@@ -20,15 +20,15 @@ use crate::transport::roulette::{self, Roulette};
 /// a few rare paths must not decide.
 const GROUPS: u32 = 16;
 const TYPICAL: usize = 12;
-const GROUP: u32 = 32;
+const GROUP: u32 = 64;
 
 /// Work of a step of a walk over that of a ray with all that it brings, about (`make bench`).
 const STEP: f64 = 2.0;
 
 /// Caustic connections stay if the variance that they save is more than this share of the work that they
 /// add. The variance is that of the whole picture, of which caustics are a part that matters more. Measured
-/// (variance saved over work added; error of the caustics at equal time, plain over ours): figure4a 0.01, 0.6;
-/// lumpy 0.03, 0.4; demo 0.1, 1.0; water_glass 0.25, 0.7; frosted 0.5, 3; eye 3, 4; the others are far above.
+/// (variance saved over work added; error of the caustics at equal time, plain over ours): figure4a 0.04, 0.6;
+/// lumpy 0.1, 0.4; demo 0.1 to 2, 1.0; water_glass 0.5, 0.8; frosted 0.5, 3; eye 4, 4; the others are far above.
 const WORTH: f64 = 0.35;
 
 /// Largest `1/(1 - w)`: a path that nothing else finds counts a million times.
