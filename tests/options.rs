@@ -132,7 +132,9 @@ fn connections_are_made_where_they_pay() {
             common::run(&world, &settings)
         };
         let auto = render(Caustics::Auto);
-        assert_eq!(auto.image, render(as_with).image, "{scene}");
+        let expected = render(as_with);
+        assert_eq!(auto.image, expected.image, "{scene}");
+        assert_eq!(auto.statistics.caustics, expected.statistics.caustics, "{scene}");
         let decides = world.requirements.caustics && !world.requirements.delta_lights;
         assert_eq!(auto.statistics.forecast.is_some(), decides, "{scene}");
     }

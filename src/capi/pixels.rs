@@ -71,6 +71,12 @@ pub struct Statistics {
     pub confirmed_walks: u64,
     /// Steps of all walks.
     pub walk_iterations: u64,
+    /// Walks that roulette spared.
+    pub spared_walks: u64,
+    /// See [`crate::render::job::Forecast`]; NaN without.
+    pub forecast_variance: f32,
+    /// See [`crate::render::job::Forecast`]; NaN without.
+    pub forecast_work: f32,
     /// Samples that were NaN or infinite.
     pub non_finite: u64,
     /// Pixel of the first, or `UINT32_MAX`.
@@ -89,6 +95,10 @@ pub struct Statistics {
     pub threads: u32,
     /// Relative standard error of the image; NaN if unknown.
     pub noise: f32,
+    /// Whether caustic connections were made.
+    pub caustics: u32,
+    /// Zero.
+    pub reserved: u32,
     /// The ray tracer.
     pub backend: [c_char; 64],
 }
@@ -96,7 +106,7 @@ pub struct Statistics {
 // SAFETY: `repr(C)`, `u32` first, numbers only.
 unsafe impl Sized32 for Statistics {
     const NAME: &'static str = "caustica_statistics";
-    const FIRST_SIZE: usize = 216;
+    const FIRST_SIZE: usize = 240;
 }
 
 impl Statistics {
@@ -119,6 +129,9 @@ impl Statistics {
             check_walks: s.walks.checks,
             confirmed_walks: s.walks.confirmed,
             walk_iterations: s.walks.iterations,
+            spared_walks: s.walks.spared,
+            forecast_variance: s.forecast.map_or(f32::NAN, |f| f.variance),
+            forecast_work: s.forecast.map_or(f32::NAN, |f| f.work),
             non_finite: s.non_finite,
             first_non_finite_pixel: pixel,
             first_non_finite_sample: sample,
@@ -128,6 +141,8 @@ impl Statistics {
             film_bytes: s.film_bytes,
             threads: s.threads,
             noise,
+            caustics: s.caustics.into(),
+            reserved: 0,
             backend: chars(&s.backend),
         }
     }

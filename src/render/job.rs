@@ -120,10 +120,8 @@ pub enum Caustics {
 pub struct Forecast {
     /// Variance of the picture without them over that with them, at equal samples.
     pub variance: f32,
-    /// Work with them over that without them, per sample, roulette not counted.
+    /// Work with them over that without them, per sample.
     pub work: f32,
-    /// Whether they are made.
-    pub connects: bool,
 }
 
 /// Asks a running render to stop; shared between threads.
@@ -175,6 +173,8 @@ pub struct Statistics {
     pub walk_rays: u64,
     /// Manifold walks.
     pub walks: WalkCount,
+    /// Whether caustic connections were made.
+    pub caustics: bool,
     /// On what [`Caustics::Auto`] decided; `None` where there was nothing to decide.
     pub forecast: Option<Forecast>,
     /// Samples whose value was NaN or infinite; dropped from the image.
@@ -462,6 +462,7 @@ pub fn render(
     let mut output = passes.into_output();
     output.cancelled = cancelled && output.statistics.samples < settings.samples;
     let statistics = &mut output.statistics;
+    statistics.caustics = pilot.connects;
     statistics.forecast = pilot.forecast;
     statistics.commit_seconds = world.commit_seconds;
     statistics.render_seconds = start.elapsed().as_secs_f64();

@@ -4,6 +4,7 @@ use super::job::{self, Cancel, Integrator, RenderError, Settings};
 use super::pilot;
 use crate::integrator::bdpt::View;
 use crate::integrator::{Observer, Sample};
+use crate::scatter::Bsdf;
 use crate::scene::World;
 use crate::transport::Tracer;
 use crate::transport::caustic::WalkCount;
@@ -43,6 +44,11 @@ impl<'w> Probe<'w> {
     /// The camera.
     pub fn view(&self) -> &View {
         &self.view
+    }
+
+    /// The compiled material of a shape, as this render sees it: rough glass may be walked through.
+    pub fn bsdf(&self, shape: u32) -> &'w Bsdf {
+        self.tracer.bsdf(shape)
     }
 
     /// Manifold walks of the samples so far, and the rays that they took.

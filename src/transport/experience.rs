@@ -48,7 +48,14 @@ pub struct Trial {
 /// Trials from which on a class has a guess of its own; before, it has that of all classes together.
 const ENOUGH: u32 = 32;
 
-/// Root mean squares of what was found.
+/// Work of an attempt beside its walks, in their steps: the rays of the straight line.
+const RAYS: f64 = 2.0;
+
+/// Work of an attempt that is as likely as its contribution says, in steps.
+const USUAL: f64 = 8.0;
+
+/// Root mean squares of what was found, over the root of the work it took: what minimises the product of
+/// variance and work.
 #[derive(Clone, Copy, Debug)]
 struct Guess {
     /// Relative to the straight line.
@@ -72,6 +79,15 @@ struct Moments {
     trials: u32,
     straight: f64,
     found: f64,
+    steps: u64,
+}
+
+impl Moments {
+    /// Found over `reference`, and over the work.
+    fn worth(&self, reference: f64) -> f32 {
+        let work = self.steps as f64 / f64::from(self.trials) + RAYS;
+        (self.found / reference * USUAL / work).sqrt() as f32
+    }
 }
 
 impl Experience {
@@ -87,20 +103,21 @@ impl Experience {
                 moments.trials += 1;
                 moments.straight += straight * straight;
                 moments.found += found * found;
+                moments.steps += trial.steps;
             }
         }
         let guesses = classes.map(|class| {
             let [sighted, blind] = [0, 1].map(|k| if class[k].trials < ENOUGH { all[k] } else { class[k] });
-            let root = |found: f64, over: f64| (found / over).sqrt() as f32;
             Guess {
-                ratio: if sighted.trials < ENOUGH { 1.0 } else { root(sighted.found, sighted.straight) },
-                blind: if blind.trials < ENOUGH { 0.0 } else { root(blind.found, f64::from(blind.trials)) },
+                ratio: if sighted.trials < ENOUGH { 1.0 } else { sighted.worth(sighted.straight) },
+                blind: if blind.trials < ENOUGH { 0.0 } else { blind.worth(f64::from(blind.trials)) },
             }
         });
         Experience { certain, guesses: Box::new(guesses) }
     }
 
-    /// Expected contribution of an attempt over the certain one, if there is any experience.
+    /// Probability of an attempt by its expected contribution and work, without bounds, if there is any
+    /// experience.
     #[inline]
     pub(super) fn expects(&self, class: usize, straight: f32) -> Option<f32> {
         let guess = self.guesses.get(class)?;
@@ -113,12 +130,12 @@ mod tests {
     use super::*;
 
     fn trials(class: usize, straight: f32, found: f32, count: usize) -> Vec<Trial> {
-        vec![Trial { class, straight, found, steps: 1 }; count]
+        vec![Trial { class, straight, found, steps: 6 }; count]
     }
 
     #[test]
     fn a_class_expects_what_it_found() {
-        // One in four brings twice the straight line, all below the certain contribution 10.
+        // One in four brings twice the straight line, at the usual work, all below the certain contribution 10.
         let all = [trials(7, 1.0, 2.0, 25), trials(7, 1.0, 0.0, 75), trials(9, 1.0, 0.0, 50)].concat();
         let experience = Experience::new(&all, 10.0);
         assert!((experience.expects(7, 3.0).unwrap() - 0.3).abs() < 1e-6);
@@ -131,6 +148,12 @@ mod tests {
         let experience = Experience::new(&all, 10.0);
         assert!((experience.expects(3, 0.0).unwrap() - 0.2).abs() < 1e-6);
         assert_eq!(experience.expects(3, 10.0), Some(1.0));
+    }
+
+    #[test]
+    fn what_takes_longer_is_tried_less() {
+        let trial = Trial { class: 5, straight: 1.0, found: 1.0, steps: 30 };
+        assert_eq!(Experience::new(&[trial; 50], 1.0).expects(5, 1.0), Some(0.5));
     }
 
     #[test]

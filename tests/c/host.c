@@ -172,6 +172,7 @@ static void callbacks(void) {
     OK(caustica_render_result(device, render, &statistics));
     TRUE(statistics.width == 40 && statistics.height == 30 && statistics.samples == 8);
     TRUE(statistics.camera_rays == 40 * 30 * 8 && statistics.non_finite == 0);
+    TRUE(statistics.caustics <= 1 && (statistics.caustics == 1 || statistics.connection_walks == 0));
     TRUE(statistics.first_non_finite_pixel == UINT32_MAX && statistics.backend[0] != 0);
     OK(caustica_render_release(device, render));
 

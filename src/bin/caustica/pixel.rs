@@ -9,6 +9,7 @@ use caustica::manifold::MAX_CHAIN;
 use caustica::math::Rgb;
 use caustica::render::job::Settings;
 use caustica::render::pixel::Probe;
+use caustica::scatter::Bsdf;
 use caustica::scene::description::Description;
 use caustica::scene::{CommitOptions, World};
 use caustica::transport::Vertex;
@@ -21,8 +22,9 @@ pub(crate) fn run(args: &Pixel) -> Result<(), Failure> {
         scene::open(&args.scene, commit, args.picture.connections.walked_roughness, Console { quiet: false })?;
     let settings = Settings { integrator: args.integrator.into(), ..args.picture.settings(&description.cameras)? };
     let mut probe = Probe::new(&world, &settings)?;
+    let kinds = (0..world.shapes.len() as u32).map(|shape| kind(probe.bsdf(shape))).collect();
     let mut paths = Paths {
-        names: Names { world: &world, description: &description },
+        names: Names { world: &world, description: &description, kinds },
         eye: probe.view().camera.endpoint(),
         width: settings.width,
         sample: 0,
@@ -138,6 +140,16 @@ impl Paths<'_> {
 struct Names<'a> {
     world: &'a World,
     description: &'a Description,
+    /// How each shape scatters.
+    kinds: Vec<&'static str>,
+}
+
+fn kind(bsdf: &Bsdf) -> &'static str {
+    match (bsdf.is_diffuse(), bsdf.has_delta()) {
+        (true, _) => "diffuse",
+        (false, false) => "glossy",
+        (false, true) => "glossy, partly specular",
+    }
 }
 
 impl Names<'_> {
@@ -173,12 +185,7 @@ impl Names<'_> {
     }
 
     fn vertex(&self, v: &Vertex) -> String {
-        let bsdf = self.world.bsdf(v.at.shape);
-        let kind = match (bsdf.is_diffuse(), bsdf.has_delta()) {
-            (true, _) => "diffuse",
-            (false, false) => "glossy",
-            (false, true) => "glossy, partly specular",
-        };
+        let kind = self.kinds[v.at.shape as usize];
         let material = &self.description.materials[self.world.shape_material[v.at.shape as usize] as usize].name;
         let shape = self.shape(v.at.shape);
         format!("{:<8} {}  {shape}, material {material:?}, {kind}", "surface", self.position(v.at.p))

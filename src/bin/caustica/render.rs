@@ -140,8 +140,8 @@ fn report(output: &Output, noise: Option<String>, console: Console) {
 fn walks(s: &Statistics, console: Console) {
     let walks = s.walks;
     if let Some(forecast) = s.forecast {
-        let Forecast { variance, work, connects } = forecast;
-        let what = if connects { "made" } else { "left out" };
+        let Forecast { variance, work } = forecast;
+        let what = if s.caustics { "made" } else { "left out" };
         console.note(&format!(
             "connections through glass {what}: forecast {variance:.2} times the variance without, {work:.2} times the \
              work with them"
