@@ -4,7 +4,6 @@ use super::job::{self, Cancel, Integrator, RenderError, Settings};
 use super::pilot;
 use crate::integrator::bdpt::View;
 use crate::integrator::{Observer, Sample};
-use crate::scatter::Bsdf;
 use crate::scene::World;
 use crate::transport::Tracer;
 use crate::transport::caustic::WalkCount;
@@ -46,9 +45,9 @@ impl<'w> Probe<'w> {
         &self.view
     }
 
-    /// The compiled material of a shape, as this render sees it: rough glass may be walked through.
-    pub fn bsdf(&self, shape: u32) -> &'w Bsdf {
-        self.tracer.bsdf(shape)
+    /// What traces, with the materials as this render sees them: rough glass may be walked through.
+    pub fn tracer(&self) -> &Tracer<'w> {
+        &self.tracer
     }
 
     /// Manifold walks of the samples so far, and the rays that they took.
