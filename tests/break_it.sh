@@ -218,6 +218,9 @@ mutation("caustic: roulette without its division", "src/transport/roulette.rs",
 mutation("caustic: opaque surfaces on the straight line stop the walk", "src/transport/caustic.rs",
          "const MOST_OPAQUE: u32 = 4;", "const MOST_OPAQUE: u32 = 0;",
          ("caustic", "passes_beside"))
+mutation("forecast: light that the camera sees counts as noise", "src/render/pilot.rs",
+         "if seen || !added.is_finite() {", "if !added.is_finite() {",
+         ("options", "connections_are_made"))
 mutation("rough chain: Jacobian of the wrong measure", "src/manifold/rough.rs",
          "value: density[0] * v_o * n_o.abs()", "value: density[0] / nh * v_o * n_o.abs()",
          ("caustic", "rough_mesh"))

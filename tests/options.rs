@@ -117,10 +117,12 @@ fn walks_of_few_steps_change_nothing() {
 #[test]
 fn connections_are_made_where_they_pay() {
     // By the forecast: a window's room has its light through the pane alone; the panel of Figure 4a is wide,
-    // and the camera sees the floor. With a delta light there is nothing to decide.
+    // and the camera sees the floor. In Figure 4b it sees the lamp in the globe, which has no noise and must
+    // not outweigh the caustics. With a delta light there is nothing to decide.
     for (scene, as_with) in [
         ("window", Caustics::On),
         ("figure4a", Caustics::Off),
+        ("figure4b", Caustics::On),
         ("glass_sphere", Caustics::On),
         ("cornell", Caustics::Off),
     ] {

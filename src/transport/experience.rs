@@ -17,7 +17,7 @@ pub(super) enum Place {
     Light(u32),
 }
 
-/// Classes of pairs of places. Different pairs may share one.
+/// Classes of pairs of places. Different pairs may share one. More than the pairs of any scene here; 2 kB.
 const CLASSES: usize = 256;
 
 /// The class of a pair of places.
@@ -45,13 +45,17 @@ pub struct Trial {
     pub(super) steps: u64,
 }
 
-/// Trials from which on a class has a guess of its own; before, it has that of all classes together.
+/// Trials from which on a class has a guess of its own; before, it has that of all classes together. Not
+/// tuned: enough for a guess good to a few tenths.
 const ENOUGH: u32 = 32;
 
-/// Work of an attempt beside its walks, in their steps: the rays of the straight line.
+/// Work of an attempt beside its walks, in their steps: the rays of the straight line. An estimate, not tuned.
 const RAYS: f64 = 2.0;
 
-/// Work of an attempt that is as likely as its contribution says, in steps.
+/// Work of an attempt that is as likely as its contribution says, in steps: about that on `eye_small`, for
+/// which the multiple of the mean radiance was chosen. Against no regard for work, with 6, the error of
+/// caustics at equal time was 1.17 times less on water_glass, 1.11 on figure4a, 1.09 on demo, 1.0 on window
+/// and figure4c, 0.97 on water_small, 0.94 on `eye_small`, which is why it is more.
 const USUAL: f64 = 8.0;
 
 /// Root mean squares of what was found, over the root of the work it took: what minimises the product of
