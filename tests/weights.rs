@@ -107,18 +107,19 @@ impl FullPath<'_> {
         let (to_camera, to_light) = (self.edges[i - 1].2, self.edges[i].1);
         let bsdf = &self.bsdfs[self.world.shape_material[v.at.shape as usize] as usize];
         let e = bsdf.evaluate(&v.at, to_camera, to_light, TransportMode::Radiance);
-        let (toward_light, mut toward_camera) = (e.pdf as f64, e.pdf_reverse as f64);
+        // In f32 like the scattering's own densities.
+        let mut toward_camera = e.pdf_reverse;
         // Of the light subpaths that arrive, a share goes to the glass, if there is any before the surface.
         if let Some(aim) = self.aim.filter(|aim| aim.share(v.at.shape) > 0.0) {
             let sight = Sight::above(if v.at.ng.dot(to_light) > 0.0 { v.at.ng } else { -v.at.ng });
             let total = aim.targets().total(v.at.p, &sight);
             if total > 0.0 {
-                let share = f64::from(aim.share(v.at.shape));
+                let share = aim.share(v.at.shape);
                 let aimed = aim.targets().density(v.at.p, &sight, total, to_camera);
-                toward_camera = (1.0 - share) * toward_camera + share * aimed;
+                toward_camera = (1.0 - share) * toward_camera + share * aimed as f32;
             }
         }
-        (toward_light, toward_camera)
+        (e.pdf.into(), toward_camera.into())
     }
 
     /// All shares, by the definition P_i = a_i prod F prod R, in logarithms.

@@ -36,6 +36,10 @@ impl Bounds {
         Bounds { low, high, radius: 0.5 * (high - low).length() }
     }
 
+    fn middle(&self) -> DVec3 {
+        0.5 * (self.low + self.high)
+    }
+
     fn within(&self, other: &Bounds) -> bool {
         self.low.cmpge(other.low).all() && self.high.cmple(other.high).all()
     }
@@ -54,11 +58,17 @@ impl Targets {
             Bounds { radius: corners.radius.min(f64::from(radius)), ..corners }
         };
         let all: Vec<Bounds> = things.into_iter().map(bounds).collect();
-        // What is inside another box, like water in a glass, is aimed at already; of equal boxes, the first is kept.
-        let inner = |(i, b): (usize, &Bounds)| {
-            all.iter().enumerate().any(|(j, other)| j != i && b.within(other) && (j < i || !other.within(b)))
+        // What is inside another box, like water in a glass, is aimed at with it; of equal boxes, the first is kept.
+        let outer_of = |(i, b): (usize, &Bounds)| {
+            let holds = |(j, other): (usize, &Bounds)| j != i && b.within(other) && (j < i || !other.within(b));
+            all.iter().enumerate().position(holds)
         };
-        let outer: Vec<Bounds> = all.iter().enumerate().filter(|&it| !inner(it)).map(|(_, b)| *b).collect();
+        let mut outer = Vec::new();
+        for (_, b) in all.iter().enumerate().filter(|&it| outer_of(it).is_none()) {
+            let inner = all.iter().filter(|other| other.within(b));
+            let reach = |radius: f64, other: &Bounds| radius.max(b.middle().distance(other.middle()) + other.radius);
+            outer.push(Bounds { radius: inner.fold(b.radius, reach).min(Bounds::new(b.low, b.high).radius), ..*b });
+        }
         let mut targets = Vec::new();
         if !outer.is_empty() {
             cover(&outer, MOST, &mut targets);
