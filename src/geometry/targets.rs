@@ -282,7 +282,10 @@ mod tests {
     fn one_sphere_stands_for_equal_boxes_and_what_is_in_them() {
         let cube = (Vec3::ZERO, Vec3::ONE, 0.6);
         let inner = (Vec3::splat(0.1), Vec3::splat(0.9), 0.4);
-        assert_eq!(Targets::new([inner, cube, cube, inner]).0, [Target { center: DVec3::splat(0.5), radius: f64::from(0.6f32) }]);
+        assert_eq!(
+            Targets::new([inner, cube, cube, inner]).0,
+            [Target { center: DVec3::splat(0.5), radius: f64::from(0.6f32) }]
+        );
     }
 
     /// The mean of `g/density` over drawn directions against the integral of `g` where there is density, at 4.5

@@ -21,8 +21,8 @@ use crate::transport::experience::Experience;
 use crate::transport::roulette::{self, Roulette};
 
 /// Samples, in groups. The median of their means counts, and the half of them that forecasts least: a few rare paths
-/// must not decide. Connections are then made on demo, where they pay, with DEMO of twelve seeds, and on lumpy, where
-/// they do not, with LUMPY. They take a tenth of a second at most on the scenes here, twice if there is
+/// must not decide. Connections are then made on demo, where they pay, with eleven of twelve seeds, and on lumpy,
+/// where they do not, with none. They take a tenth of a second at most on the scenes here, twice if there is
 /// aiming to decide on.
 const GROUPS: u32 = 16;
 const TYPICAL: usize = 8;

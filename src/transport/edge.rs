@@ -156,8 +156,7 @@ impl Tracer<'_> {
             }
             Departure::Light => {
                 let Some(start) = &self.light_start else { return };
-                let densities =
-                    self.lights.densities(&self.world.shapes, start.light, &start.at, direction, receiver);
+                let densities = self.lights.densities(&self.world.shapes, start.light, &start.at, direction, receiver);
                 edge.forward = densities.direction;
                 if let Endpoint::Surface(at) = &start.at {
                     edge.cos = at.ng.dot(direction).abs() as f64;
