@@ -161,8 +161,8 @@ mutation("choice of a light: probability", "src/emitter/choose.rs",
          "{ let _ = light; 1.0 / self.distribution.len() as f64 }",
          ("closed_forms", "unequal_lights"))
 mutation("choice of a light: left out of emission", "src/emitter/mod.rs",
-         "(self.probability(light) * l.position_density(), l.direction_density(at, direction))",
-         "(l.position_density(), l.direction_density(at, direction))",
+         "(self.probability(light) * l.position_density(), l.direction_density(at, direction, self.aim_of(light)))",
+         "(l.position_density(), l.direction_density(at, direction, self.aim_of(light)))",
          ("agreement", "techniques_on_diffuse"))
 mutation("spot light: falloff", "src/emitter/mod.rs",
          "let emitted = light.emitted(&at, -wi);", "let emitted = light.emitted(&at, -wi) * 1.01;",
