@@ -7,7 +7,7 @@ mod common;
 
 use caustica::render::job::{Cancel, Caustics, Integrator, RenderError, Settings, render};
 use caustica::scene::{CommitOptions, World};
-use caustica::transport::caustic::{AIM, CausticOptions, Check, GeometryTerm};
+use caustica::transport::caustic::{CausticOptions, Check, GeometryTerm};
 use caustica::transport::roulette::Roulette;
 use common::oracle::{check_reference, first_seed, renders};
 use common::scenes::under_a_lamp;
@@ -137,8 +137,10 @@ fn light_is_aimed_where_it_pays() {
         let auto = render(None, Caustics::Auto);
         assert_eq!(auto.statistics.aimed, aims, "{scene}: {:?}", auto.statistics.aim_forecast);
         assert!(auto.statistics.aim_forecast.is_some());
-        let share = if aims { AIM } else { 0.0 };
-        assert_eq!(auto.image, render(Some(share), Caustics::Auto).image, "{scene}");
+        let never = render(Some(0.0), Caustics::Auto);
+        assert_eq!(auto.image == never.image, !aims, "{scene}");
+        assert!(!never.statistics.aimed && never.statistics.aim_forecast.is_none());
+        assert!(render(Some(0.3), Caustics::Off).statistics.aimed, "{scene}: as asked for");
         // Plain bidirectional path tracing is left as it is.
         assert!(!render(None, Caustics::Off).statistics.aimed, "{scene}");
     }

@@ -16,6 +16,7 @@ use caustica::math::Rgb;
 use caustica::scatter::{Bsdf, TransportMode};
 use caustica::scene::World;
 use caustica::scene::description::*;
+use caustica::transport::aim::Shares;
 use caustica::transport::caustic::{CausticOptions, GeometryTerm};
 use caustica::transport::roulette::Roulette;
 use caustica::transport::vertex::{EdgeRecord, on_path};
@@ -260,7 +261,7 @@ fn check_with(name: &str, builder: &Builder, caustics: Option<CausticOptions>) {
     }
     tracer.options = caustics.unwrap_or_default();
     if let Some(share) = tracer.options.aim {
-        tracer.aim_at_glass(share);
+        tracer.aim_at_glass(&Shares::new(|_| share));
     }
     let (lights, aim) = (tracer.lights.clone(), tracer.aim.clone());
     tracer.camera_caustics =

@@ -370,8 +370,8 @@ pub(super) fn tracer<'w>(world: &'w World, view: &View, settings: &Settings, pil
         && world.requirements.delta_lights
         && matches!(view.camera.endpoint(), Endpoint::Point(_));
     tracer.options = settings.caustic_options;
-    if pilot.aim > 0.0 {
-        tracer.aim_at_glass(pilot.aim);
+    if !pilot.aim.none() {
+        tracer.aim_at_glass(&pilot.aim);
     }
     tracer.experience = pilot.experience.clone();
     tracer
@@ -471,7 +471,7 @@ pub fn render(
     let statistics = &mut output.statistics;
     statistics.caustics = pilot.connects;
     statistics.forecast = pilot.forecast;
-    statistics.aimed = pilot.aim > 0.0;
+    statistics.aimed = !pilot.aim.none();
     statistics.aim_forecast = pilot.aim_forecast;
     statistics.commit_seconds = world.commit_seconds;
     statistics.render_seconds = start.elapsed().as_secs_f64();

@@ -16,6 +16,7 @@ use super::job::{self, Cancel, Caustics, Forecast, Integrator, Settings};
 use crate::integrator::bdpt::{self, View};
 use crate::integrator::{Contribution, Observer, Sample};
 use crate::scene::World;
+use crate::transport::aim::{Shares, departures};
 use crate::transport::caustic::AIM;
 use crate::transport::experience::Experience;
 use crate::transport::roulette::{self, Roulette};
@@ -44,8 +45,8 @@ const MOST: f64 = 1e6;
 /// What the samples tell the tracers of their render.
 #[derive(Clone, Debug)]
 pub(super) struct Pilot {
-    /// Share of what light subpaths draw that is aimed at glass.
-    pub(super) aim: f32,
+    /// Shares of what light subpaths draw that are aimed at glass.
+    pub(super) aim: Shares,
     /// For roulette on caustic connections; none if nothing asks for it.
     pub(super) experience: Experience,
     /// Whether caustic connections are made.
@@ -57,13 +58,21 @@ pub(super) struct Pilot {
 }
 
 /// Second moments of caustics.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone)]
 struct Moments {
     all: f64,
     /// By how much more without caustic connections.
     unconnected: f64,
-    /// By how much more without aim.
+    /// By how much more without any aim.
     unaimed: f64,
+    /// By how much more without that of one class of places.
+    unaimed_from: Vec<f64>,
+}
+
+impl Moments {
+    fn new() -> Moments {
+        Moments { all: 0.0, unconnected: 0.0, unaimed: 0.0, unaimed_from: vec![0.0; Shares::COUNT] }
+    }
 }
 
 impl Observer for Moments {
@@ -76,6 +85,9 @@ impl Observer for Moments {
         self.all += added;
         self.unconnected += if c.chain.is_some() { more(0.0) } else { 0.0 };
         self.unaimed += c.light.last().map_or(0.0, |vertex| more(vertex.plain));
+        for (class, plain) in departures(c.start, c.light) {
+            self.unaimed_from[class] += more(plain);
+        }
     }
 }
 
@@ -91,6 +103,8 @@ struct Samples {
     moments: Vec<Moments>,
     /// In units of a ray: of all, and of the walks that roulette leaves.
     work: [f64; 2],
+    /// How often light subpaths went from each class of places where aim sends them more often.
+    aimed: Vec<u64>,
     experience: Experience,
 }
 
@@ -102,9 +116,10 @@ impl Samples {
         tracer.trials = threshold.map(|_| Vec::new());
         let pixels = u64::from(settings.width) * u64::from(settings.height);
         let mut sample = Sample::default();
+        let mut aimed = vec![0; Shares::COUNT];
         let (mut means, mut moments) = (Vec::new(), Vec::new());
         for group in 0..GROUPS {
-            let (mut sum, mut of_group) = (0.0, Moments::default());
+            let (mut sum, mut of_group) = (0.0, Moments::new());
             for i in 0..GROUP {
                 if cancel.is_cancelled() {
                     return None;
@@ -114,6 +129,9 @@ impl Samples {
                 // Passes count up from 0 and never get there.
                 let pass = u32::MAX - group;
                 bdpt::sample(&mut tracer, view, settings.seed, pixel, pass, &mut sample, &mut of_group);
+                for (class, plain) in tracer.light_start.iter().flat_map(|s| departures(s, &tracer.light_vertices)) {
+                    aimed[class] += u64::from(plain < 1.0);
+                }
                 let total = sample.splats.iter().fold(sample.radiance, |sum, splat| sum + splat.value);
                 if total.is_finite() {
                     sum += total.max_element();
@@ -128,16 +146,24 @@ impl Samples {
         let experience = if certain > 0.0 { Experience::new(&trials, certain) } else { Experience::default() };
         let walks = tracer.walk_work() - roulette::spared(&trials, &experience);
         let rays = (tracer.rays.total() - tracer.rays.walk) as f64;
-        Some(Samples { moments, work: [rays + walks, walks], experience })
+        Some(Samples { moments, work: [rays + walks, walks], aimed, experience })
     }
 
     /// By how much a second moment is more, relative to what it is, in the groups where that is least.
-    fn saved(&self, more: fn(&Moments) -> f64) -> f64 {
-        let mut groups = self.moments.clone();
-        groups.sort_unstable_by(|a, b| more(a).total_cmp(&more(b)));
-        groups.truncate(TYPICAL);
-        let sum = |moment: fn(&Moments) -> f64| groups.iter().map(moment).sum::<f64>();
-        sum(more) / sum(|m| m.all).max(f64::MIN_POSITIVE)
+    fn saved(&self, more: impl Fn(&Moments) -> f64) -> f64 {
+        let mut groups: Vec<[f64; 2]> = self.moments.iter().map(|m| [more(m), m.all]).collect();
+        groups.sort_unstable_by(|a, b| a[0].total_cmp(&b[0]));
+        let [more, all] = groups[..TYPICAL].iter().fold([0.0; 2], |sum, g| [sum[0] + g[0], sum[1] + g[1]]);
+        more / all.max(f64::MIN_POSITIVE)
+    }
+
+    /// The places from which aim pays, if it adds so much to the work.
+    fn worth_aiming(&self, share: f32, added: f64) -> Shares {
+        let all = self.aimed.iter().sum::<u64>().max(1) as f64;
+        Shares::new(|class| {
+            let its = added.max(0.0) * self.aimed[class] as f64 / all;
+            if self.saved(|m| m.unaimed_from[class]) > AIM_WORTH * its { share } else { 0.0 }
+        })
     }
 }
 
@@ -167,7 +193,10 @@ pub(super) fn look(world: &World, view: &View, settings: &Settings, cancel: &Can
     let aims = world.requirements.caustics && (bidirectional || settings.integrator == Integrator::Light);
     let share = settings.caustic_options.aim.filter(|_| aims);
     let decides_aim = bidirectional && connects && settings.caustic_options.aim.is_none();
-    let with = |aim| Pilot { aim, experience: Experience::default(), connects, forecast: None, aim_forecast: None };
+    let with = |share: f32| {
+        let aim = Shares::new(|_| share);
+        Pilot { aim, experience: Experience::default(), connects, forecast: None, aim_forecast: None }
+    };
     let mut pilot = with(if decides_aim { AIM } else { share.unwrap_or(0.0) });
     if !connects || !(decides || decides_aim || threshold(settings).is_some()) {
         return pilot;
@@ -177,11 +206,17 @@ pub(super) fn look(world: &World, view: &View, settings: &Settings, cancel: &Can
     if decides_aim {
         let unaimed = with(0.0);
         let Some(others) = draw(&unaimed) else { return pilot };
-        let (saved, added) = (samples.saved(|m| m.unaimed), samples.work[0] / others.work[0] - 1.0);
-        if !(saved > AIM_WORTH * added.max(0.0)) {
-            (pilot, samples) = (unaimed, others);
+        let added = |s: &Samples| s.work[0] / others.work[0] - 1.0;
+        let worth = samples.worth_aiming(AIM, added(&samples));
+        let some = Pilot { aim: worth, ..pilot.clone() };
+        if !some.aim.none() {
+            let Some(chosen) = draw(&some) else { return some };
+            (pilot, samples) = (some, chosen);
+            pilot.aim_forecast = Some(forecast(samples.saved(|m| m.unaimed), added(&samples)));
+        } else {
+            let of_all = forecast(samples.saved(|m| m.unaimed), added(&samples));
+            (pilot, samples) = (Pilot { aim_forecast: Some(of_all), ..unaimed }, others);
         }
-        pilot.aim_forecast = Some(forecast(saved, added));
     }
     if decides {
         let [all, walks] = samples.work;

@@ -4,25 +4,68 @@
 //! (Jensen 2001, §9.3, aims the emission of lights alone.)
 
 use super::Tracer;
-use super::vertex::Vertex;
+use super::vertex::{LightVertex, Vertex};
 use crate::geometry::{Aim, Sight, SurfacePoint, Targets};
 use crate::math::Rgb;
 use crate::scatter::{BsdfSample, Evaluation, TransportMode};
 use glam::{Vec2, Vec3};
 use std::sync::Arc;
 
+/// Where light subpaths leave from, as their aim tells it apart: lights and shapes by number, as far as these go.
+const LIGHTS: usize = 64;
+const SHAPES: usize = 448;
+
+/// For each class of places that light subpaths leave from, the share that is aimed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shares(Box<[f32]>);
+
+impl Shares {
+    /// Classes.
+    pub const COUNT: usize = LIGHTS + SHAPES;
+
+    /// By class.
+    pub fn new(share: impl Fn(usize) -> f32) -> Shares {
+        Shares((0..Shares::COUNT).map(share).collect())
+    }
+
+    /// Whether nothing is aimed.
+    pub fn none(&self) -> bool {
+        self.0.iter().all(|share| *share == 0.0)
+    }
+
+    fn of_light(&self, light: u32) -> f32 {
+        self.0[light as usize % LIGHTS]
+    }
+
+    fn of_shape(&self, shape: u32) -> f32 {
+        self.0[LIGHTS + shape as usize % SHAPES]
+    }
+}
+
+/// The vertices of a light subpath, each with the class of the place before it and the density with which it would have
+/// been drawn there without aim, over that with it.
+pub fn departures<'a>(start: &LightVertex, vertices: &'a [Vertex]) -> impl Iterator<Item = (usize, f64)> + use<'a> {
+    let mut place = (start.light as usize % LIGHTS, 1.0);
+    vertices.iter().map(move |v| {
+        let (class, before) = place;
+        place = (LIGHTS + v.at.shape as usize % SHAPES, v.plain);
+        (class, v.plain / before)
+    })
+}
+
 impl Tracer<'_> {
-    /// Aims that share of what light subpaths draw, at lights and at surfaces that reflect and are not smooth.
-    pub fn aim_at_glass(&mut self, share: f32) {
+    /// Aims shares of what light subpaths draw, at lights and at surfaces that reflect and are not smooth.
+    pub fn aim_at_glass(&mut self, by_class: &Shares) {
         let world = self.world;
         let glass = world.walked.as_ref().map_or(&world.refractors, |w| &w.refractors);
         let targets = Arc::new(Targets::new(glass.iter().map(|r| (r.low, r.high, r.radius))));
-        let shares = world.shape_material.iter().map(|m| {
+        let shares = (0..).zip(&world.shape_material).map(|(shape, m)| {
             let bsdf = &world.bsdfs[*m as usize];
             let reflects = bsdf.connectable() && !bsdf.has_delta() && bsdf.media().is_none();
-            if reflects { share } else { 0.0 }
+            if reflects { by_class.of_shape(shape) } else { 0.0 }
         });
-        self.lights = Arc::new(world.lights.aimed(Aim::new(targets.clone(), vec![share; world.lights.len()])));
+        let of_lights = (0..world.lights.len() as u32).map(|light| by_class.of_light(light));
+        self.lights = Arc::new(world.lights.aimed(Aim::new(targets.clone(), of_lights.collect::<Vec<_>>())));
         self.aim = Some(Aim::new(targets, shares.collect::<Vec<_>>()));
     }
 
