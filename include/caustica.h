@@ -439,7 +439,7 @@ typedef struct caustica_statistics {
     uint64_t confirmed_walks;   /* of these, those that found the chain */
     uint64_t walk_iterations;   /* steps of all walks */
     uint64_t spared_walks;      /* walks that roulette spared */
-    float forecast_variance;    /* variance without caustic connections over that with them, at equal samples */
+    float forecast_variance;    /* caustics' variance without caustic connections over that with them, per sample */
     float forecast_work;        /* work with them over that without, per sample; both NaN if not forecast */
     uint64_t non_finite;        /* samples that were NaN or infinite, dropped from the image */
     uint32_t first_non_finite_pixel;  /* row * width + column; UINT32_MAX if there is none */
@@ -451,7 +451,9 @@ typedef struct caustica_statistics {
     uint32_t threads;
     float noise;                /* estimated relative standard error; NaN if unknown */
     uint32_t caustics;          /* 1 if caustic connections were made, else 0 */
-    uint32_t reserved;
+    uint32_t aimed;             /* 1 if light subpaths were aimed at glass, else 0 */
+    float aim_forecast_variance; /* caustics' variance without aim over that with it, per sample */
+    float aim_forecast_work;    /* work with aim over that without, per sample; both NaN if not forecast */
     char backend[64];           /* the ray tracer */
 } caustica_statistics;
 

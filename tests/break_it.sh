@@ -161,8 +161,8 @@ mutation("choice of a light: probability", "src/emitter/choose.rs",
          "{ let _ = light; 1.0 / self.distribution.len() as f64 }",
          ("closed_forms", "unequal_lights"))
 mutation("choice of a light: left out of emission", "src/emitter/mod.rs",
-         "(self.probability(light) * l.position_density(), l.direction_density(at, direction))",
-         "(l.position_density(), l.direction_density(at, direction))",
+         "(self.probability(light) * l.position_density(), l.direction_density(at, direction, self.aim_of(light)))",
+         "(l.position_density(), l.direction_density(at, direction, self.aim_of(light)))",
          ("agreement", "techniques_on_diffuse"))
 mutation("spot light: falloff", "src/emitter/mod.rs",
          "let emitted = light.emitted(&at, -wi);", "let emitted = light.emitted(&at, -wi) * 1.01;",
@@ -218,9 +218,22 @@ mutation("caustic: roulette without its division", "src/transport/roulette.rs",
 mutation("caustic: opaque surfaces on the straight line stop the walk", "src/transport/caustic.rs",
          "const MOST_OPAQUE: u32 = 4;", "const MOST_OPAQUE: u32 = 0;",
          ("caustic", "passes_beside"))
-mutation("forecast: light that the camera sees counts as noise", "src/render/pilot.rs",
-         "if seen || !added.is_finite() {", "if !added.is_finite() {",
+mutation("forecast: all light counts, not caustics alone", "src/render/pilot.rs",
+         "if !c.is_caustic() || !added.is_finite() {", "if !added.is_finite() {",
          ("options", "connections_are_made"))
+
+# Aim.
+mutation("aim: density of light leaving a surface, in the weights", "src/transport/aim.rs",
+         "TransportMode::Radiance => e.pdf_reverse = mix(share, e.pdf_reverse, vertex.toward),",
+         "TransportMode::Radiance => {}", ("weights", "area_light"))
+mutation("aim: weight of what was drawn at a surface", "src/transport/aim.rs",
+         "weight: sample.weight * plain, pdf,", "pdf,", ("options", "aim_changes"))
+mutation("aim: density of emission", "src/emitter/light.rs",
+         "(1.0 - share) * plain + share * targets.density(from, &sight, total, direction)", "plain",
+         ("lib", "aimed_light_carries"))
+mutation("aim: several spheres in one direction", "src/geometry/targets.rs",
+         "sum += sin2 / (2.0 * PI * one_minus_cos(sin2));", "sum = sin2 / (2.0 * PI * one_minus_cos(sin2));",
+         ("lib", "directions_follow"))
 mutation("rough chain: Jacobian of the wrong measure", "src/manifold/rough.rs",
          "value: density[0] * v_o * n_o.abs()", "value: density[0] / nh * v_o * n_o.abs()",
          ("caustic", "rough_mesh"))

@@ -115,6 +115,38 @@ fn walks_of_few_steps_change_nothing() {
 }
 
 #[test]
+fn aim_changes_nothing() {
+    for share in [0.0, 0.5, 0.9] {
+        let options = CausticOptions { aim: Some(share), ..CausticOptions::default() };
+        changes_nothing(&format!("aim {share}"), options, LIMIT);
+    }
+}
+
+#[test]
+fn light_is_aimed_where_it_pays() {
+    // By the forecast: at the glass of Figure 4a, not at a pane that fills half of what the lamp sees.
+    for (scene, aims) in [("figure4a", true), ("water_glass", true), ("glass_sphere", true), ("window", false)] {
+        let file = format!("{}/scenes/{scene}.glb", env!("CARGO_MANIFEST_DIR"));
+        let loaded = caustica::io::gltf::load(file.as_ref()).expect("a scene of this repository");
+        let world = World::commit(&loaded.description, CommitOptions::default()).expect("a valid scene");
+        let render = |aim, caustics| {
+            let caustic_options = CausticOptions { aim, ..CausticOptions::default() };
+            let settings = Settings { caustics, caustic_options, ..common::settings(Integrator::Bdpt, 64, 1, 3) };
+            common::run(&world, &settings)
+        };
+        let auto = render(None, Caustics::Auto);
+        assert_eq!(auto.statistics.aimed, aims, "{scene}: {:?}", auto.statistics.aim_forecast);
+        assert!(auto.statistics.aim_forecast.is_some());
+        let never = render(Some(0.0), Caustics::Auto);
+        assert_eq!(auto.image == never.image, !aims, "{scene}");
+        assert!(!never.statistics.aimed && never.statistics.aim_forecast.is_none());
+        assert!(render(Some(0.3), Caustics::Off).statistics.aimed, "{scene}: as asked for");
+        // Plain bidirectional path tracing is left as it is.
+        assert!(!render(None, Caustics::Off).statistics.aimed, "{scene}");
+    }
+}
+
+#[test]
 fn connections_are_made_where_they_pay() {
     // By the forecast: a window's room has its light through the pane alone; the panel of Figure 4a is wide,
     // and the camera sees the floor. In Figure 4b it sees the lamp in the globe, which has no noise and must
@@ -130,7 +162,8 @@ fn connections_are_made_where_they_pay() {
         let loaded = caustica::io::gltf::load(file.as_ref()).expect("a scene of this repository");
         let world = World::commit(&loaded.description, CommitOptions::default()).expect("a valid scene");
         let render = |caustics| {
-            let settings = Settings { caustics, ..common::settings(Integrator::Bdpt, 64, 1, 3) };
+            let caustic_options = CausticOptions { aim: Some(0.0), ..CausticOptions::default() };
+            let settings = Settings { caustics, caustic_options, ..common::settings(Integrator::Bdpt, 64, 1, 3) };
             common::run(&world, &settings)
         };
         let auto = render(Caustics::Auto);

@@ -7,13 +7,16 @@
 mod common;
 
 use caustica::camera::{Camera, Endpoint};
+use caustica::emitter::Lights;
 use caustica::geometry::ray::segment;
+use caustica::geometry::{Aim, Sight};
 use caustica::integrator::bdpt::{self, View};
 use caustica::integrator::{Contribution, Observer, Sample};
 use caustica::math::Rgb;
 use caustica::scatter::{Bsdf, TransportMode};
 use caustica::scene::World;
 use caustica::scene::description::*;
+use caustica::transport::aim::Shares;
 use caustica::transport::caustic::{CausticOptions, GeometryTerm};
 use caustica::transport::roulette::Roulette;
 use caustica::transport::vertex::{EdgeRecord, on_path};
@@ -26,6 +29,8 @@ struct FullPath<'a> {
     world: &'a World,
     /// As the tracer sees them.
     bsdfs: &'a [Bsdf],
+    lights: &'a Lights,
+    aim: Option<&'a Aim>,
     camera: &'a Camera,
     vertices: Vec<&'a Vertex>,
     /// Macro-edge i leads from z_i to z_{i+1}; the direction into it at z_i, and at z_{i+1}.
@@ -34,7 +39,8 @@ struct FullPath<'a> {
 }
 
 impl FullPath<'_> {
-    fn new<'a>(world: &'a World, bsdfs: &'a [Bsdf], camera: &'a Camera, c: &Contribution<'a>) -> FullPath<'a> {
+    fn new<'a>(check: &Check<'a>, c: &Contribution<'a>) -> FullPath<'a> {
+        let Check { world, bsdfs, lights, aim, camera, .. } = *check;
         let camera_side = on_path(c.camera).count();
         let vertices: Vec<&Vertex> = on_path(c.camera).chain(on_path(c.light).rev()).collect();
         let mut edges: Vec<(EdgeRecord, Vec3, Vec3)> = Vec::new();
@@ -93,7 +99,7 @@ impl FullPath<'_> {
         for y in on_path(c.light).rev() {
             edges.push((y.edge, y.wo, y.edge.departure));
         }
-        FullPath { world, bsdfs, camera, vertices, edges, light: c.start }
+        FullPath { world, bsdfs, lights, aim, camera, vertices, edges, light: c.start }
     }
 
     /// Densities of both directions at z_i (1 <= i < m): of leaving toward z_{i+1}, toward z_{i-1}.
@@ -102,7 +108,19 @@ impl FullPath<'_> {
         let (to_camera, to_light) = (self.edges[i - 1].2, self.edges[i].1);
         let bsdf = &self.bsdfs[self.world.shape_material[v.at.shape as usize] as usize];
         let e = bsdf.evaluate(&v.at, to_camera, to_light, TransportMode::Radiance);
-        (e.pdf as f64, e.pdf_reverse as f64)
+        // In f32 like the scattering's own densities.
+        let mut toward_camera = e.pdf_reverse;
+        // Of the light subpaths that arrive, a share goes to the glass, if there is any before the surface.
+        if let Some(aim) = self.aim.filter(|aim| aim.share(v.at.shape) > 0.0) {
+            let sight = Sight::above(if v.at.ng.dot(to_light) > 0.0 { v.at.ng } else { -v.at.ng });
+            let total = aim.targets().total(v.at.p, &sight);
+            if total > 0.0 {
+                let share = aim.share(v.at.shape);
+                let aimed = aim.targets().density(v.at.p, &sight, total, to_camera);
+                toward_camera = (1.0 - share) * toward_camera + share * aimed as f32;
+            }
+        }
+        (e.pdf.into(), toward_camera.into())
     }
 
     /// All shares, by the definition P_i = a_i prod F prod R, in logarithms.
@@ -114,7 +132,7 @@ impl FullPath<'_> {
             _ => 1.0,
         };
         let receiver = if m >= 2 { self.vertices[m - 2].at.p } else { Vec3::ZERO };
-        let lights = &self.world.lights;
+        let lights = self.lights;
         let shapes = &self.world.shapes;
         let light = lights.densities(shapes, self.light.light, &self.light.at, self.edges[m - 1].2, receiver);
         // Geometry of edge i: factors from a density at z_i to one at z_{i+1}, and back.
@@ -192,6 +210,8 @@ impl FullPath<'_> {
 struct Check<'a> {
     world: &'a World,
     bsdfs: &'a [Bsdf],
+    lights: &'a Lights,
+    aim: Option<&'a Aim>,
     camera: &'a Camera,
     paths: usize,
     with_chain: usize,
@@ -203,7 +223,7 @@ struct Check<'a> {
 
 impl Observer for Check<'_> {
     fn observe(&mut self, c: &Contribution) {
-        let path = FullPath::new(self.world, self.bsdfs, self.camera, c);
+        let path = FullPath::new(self, c);
         let technique = on_path(c.camera).count() + usize::from(c.hit.is_some());
         let shares = path.shares();
         let sum: f64 = shares.iter().sum();
@@ -221,7 +241,10 @@ impl Observer for Check<'_> {
 
 fn check(name: &str, builder: &Builder) {
     check_with(name, builder, None);
-    check_with(&format!("{name}, caustic connections"), builder, Some(CausticOptions::default()));
+    let options = CausticOptions::default();
+    check_with(&format!("{name}, caustic connections"), builder, Some(options));
+    let options = CausticOptions { aim: Some(0.4), ..options };
+    check_with(&format!("{name}, caustic connections, aimed"), builder, Some(options));
 }
 
 /// Without caustic connections if there are no options for them.
@@ -237,12 +260,18 @@ fn check_with(name: &str, builder: &Builder, caustics: Option<CausticOptions>) {
         tracer.connect_through_glass();
     }
     tracer.options = caustics.unwrap_or_default();
+    if let Some(share) = tracer.options.aim {
+        tracer.aim_at_glass(&Shares::new(|_| share));
+    }
+    let (lights, aim) = (tracer.lights.clone(), tracer.aim.clone());
     tracer.camera_caustics =
         connects && world.requirements.delta_lights && matches!(camera.endpoint(), Endpoint::Point(_));
     let walked = world.walked.as_ref().filter(|_| connects);
     let mut check = Check {
         world: &world,
         bsdfs: walked.map_or(&world.bsdfs, |w| &w.bsdfs),
+        lights: &lights,
+        aim: aim.as_ref(),
         camera: &camera,
         paths: 0,
         with_chain: 0,

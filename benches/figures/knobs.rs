@@ -3,7 +3,7 @@
 use crate::measure::{Budget, Estimate, Method, Reference};
 use crate::report::{Report, number};
 use crate::{Options, SEED, Scene};
-use caustica::render::job::Caustics;
+use caustica::render::job::{Caustics, Integrator};
 use caustica::transport::caustic::{CausticOptions, Check, FEW, GeometryTerm};
 use caustica::transport::roulette::Roulette;
 use std::fmt::Write;
@@ -48,6 +48,9 @@ fn variations() -> Vec<(String, CausticOptions)> {
     for n in [0, 5, 10] {
         vary(format!("careful {n}"), &|o| o.walk.careful = n);
     }
+    for share in [0.0, 0.25, 0.5, 0.75] {
+        vary(format!("aim {share}"), &|o| o.aim = Some(share));
+    }
     vary("roulette off".to_owned(), &|o| o.roulette = Roulette::Off);
     vary("roulette by lengths".to_owned(), &|o| o.roulette = Roulette::Lengths);
     for threshold in [0.1, 0.5, 2.0] {
@@ -71,8 +74,8 @@ pub(crate) fn estimate(scene: &Scene, options: &Options) -> f64 {
 /// Renders all variations and writes the scene's table.
 pub(crate) fn run(scene: &Scene, options: &Options, report: &Report) {
     let subject = options.open(scene, side(options));
-    let ours = Method::all().pop().expect("methods");
-    let reference = Reference::new(&subject, &ours, options.reference_seconds * scene.factor);
+    let ours = Method::new("ours", Integrator::Bdpt, Caustics::On);
+    let reference = Reference::new(&subject, options.reference_seconds * scene.factor);
     let mut body = format!(
         "{side} x {side} pixels, {} samples. Noise of the reference (relMSE): {}; of its mean about {:.2} %.\n\n\
          | | relMSE inside | bias | time (s) | efficiency |\n|---|--:|--:|--:|--:|\n",
@@ -83,7 +86,7 @@ pub(crate) fn run(scene: &Scene, options: &Options, report: &Report) {
     );
     let mut default_cost = None;
     for (name, caustic_options) in variations() {
-        let method = Method { options: caustic_options, caustics: Caustics::On, ..ours };
+        let method = Method { options: caustic_options, ..ours };
         let (mut errors, mut biases, mut seconds) = (Vec::new(), Vec::new(), Vec::new());
         for k in 0..RENDERS {
             let output = subject.render(&method, Budget::Samples(options.knob_samples), SEED + k, false);

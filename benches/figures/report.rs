@@ -138,9 +138,11 @@ Made by `make figures`; every number below is that program's.
 
 Six methods render each scene of `scenes/`: a path tracer (`path`), a light tracer (`light`), bidirectional path tracing
 without (`bdpt`) and with caustic connections, with the options of the paper (`paper`) and with the default ones (`ours`),
-and path tracing with manifold next-event estimation (`mnee`). The reference is the mean of two long renders by `ours`
-with other seeds. The error is relMSE: the squared difference over the squared reference plus 1 % of the squared mean of
-the reference, averaged without the worst 0.1 % of the pixels; the reference's noise is part of it. The caustic region
+and path tracing with manifold next-event estimation (`mnee`). `ours` makes caustic connections and aims light subpaths
+at glass where a forecast says that it pays. The reference has two halves, long renders with other seeds that make
+connections in any case. The error is relMSE: the squared difference over the squared reference plus 1 % of the squared
+mean of the reference, averaged without the worst 0.1 % of the pixels; the square is the product of the differences
+from the two halves, so that the reference's noise is no part of it on average. The caustic region
 has the pixels where, averaged over 5 x 5 pixels, at least {:.0} % of the radiance has crossed glass smoothly before the
 vertex that the camera sees; glass between that vertex and the camera does not count. Each scene has a factor on its times.
 

@@ -3,7 +3,7 @@
 use crate::measure::{Budget, Estimate, Method, Reference, Subject};
 use crate::report::{Report, number};
 use crate::{Options, SEED, Scene, plot, strip};
-use caustica::render::job::{Output, Statistics};
+use caustica::render::job::{Forecast, Output, Statistics};
 use caustica::transport::caustic::REASONS;
 use std::fmt::Write;
 
@@ -46,7 +46,7 @@ pub(crate) fn run(scene: &Scene, options: &Options, report: &Report) {
     let methods = Method::all();
     let ours = methods.len() - 1;
     let seconds = options.seconds * scene.factor;
-    let reference = Reference::new(&subject, &methods[ours], options.reference_seconds * scene.factor);
+    let reference = Reference::new(&subject, options.reference_seconds * scene.factor);
     eprintln!(
         "  region {:.1} %, noise of the reference {} / {}, of its mean {:.2} %",
         100.0 * reference.coverage(),
@@ -192,12 +192,16 @@ fn summary(scene: &Scene, reference: &Reference, checks: &[(&str, Estimate)], ro
 
 fn walks(s: &Statistics) -> String {
     let walks = s.walks;
-    let forecast = s.forecast.map_or(String::new(), |f| {
-        format!(
-            " Forecast: without walks {:.2} times the variance, with them {:.2} times the work.",
-            f.variance, f.work
-        )
-    });
+    let forecast = |what: &str, made: bool, forecast: Option<Forecast>| {
+        forecast.map_or(String::new(), |f| {
+            let made = if made { "yes" } else { "no" };
+            format!(
+                " {what}: {made}; forecast {:.2} times the caustics' variance without, {:.2} times the work with.",
+                f.variance, f.work
+            )
+        })
+    };
+    let forecast = forecast("Aimed", s.aimed, s.aim_forecast) + &forecast("Connected", s.caustics, s.forecast);
     if walks.total() == 0 {
         return format!("Walks of ours: none.{forecast}");
     }

@@ -97,8 +97,12 @@ pub struct Statistics {
     pub noise: f32,
     /// Whether caustic connections were made.
     pub caustics: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// Whether light subpaths were aimed at glass.
+    pub aimed: u32,
+    /// See [`crate::render::job::Forecast`], of aiming; NaN without.
+    pub aim_forecast_variance: f32,
+    /// See [`crate::render::job::Forecast`], of aiming; NaN without.
+    pub aim_forecast_work: f32,
     /// The ray tracer.
     pub backend: [c_char; 64],
 }
@@ -106,7 +110,7 @@ pub struct Statistics {
 // SAFETY: `repr(C)`, `u32` first, numbers only.
 unsafe impl Sized32 for Statistics {
     const NAME: &'static str = "caustica_statistics";
-    const FIRST_SIZE: usize = 240;
+    const FIRST_SIZE: usize = 248;
 }
 
 impl Statistics {
@@ -142,7 +146,9 @@ impl Statistics {
             threads: s.threads,
             noise,
             caustics: s.caustics.into(),
-            reserved: 0,
+            aimed: s.aimed.into(),
+            aim_forecast_variance: s.aim_forecast.map_or(f32::NAN, |f| f.variance),
+            aim_forecast_work: s.aim_forecast.map_or(f32::NAN, |f| f.work),
             backend: chars(&s.backend),
         }
     }

@@ -7,7 +7,7 @@ use super::sphere::SphereLight;
 use super::spot::SpotLight;
 use super::surface::SurfaceEmission;
 use crate::camera::Endpoint;
-use crate::geometry::{Mesh, Shape, Sphere};
+use crate::geometry::{Mesh, Shape, Sight, Sphere, Targets};
 use crate::math::Rgb;
 use crate::scene::description::LightKind;
 use glam::{DVec3, Vec2, Vec3};
@@ -175,16 +175,57 @@ impl Light {
         }
     }
 
+    /// What emission from `at` reaches; `None` at infinity, where the place of a ray is drawn and not its
+    /// direction.
+    #[inline]
+    fn sight(&self, at: &Endpoint) -> Option<Sight> {
+        let surface = |emission: &SurfaceEmission| match at {
+            Endpoint::Surface(_) if emission.two_sided => Some(Sight::ALL),
+            Endpoint::Surface(s) => Some(Sight::above(s.ng)),
+            Endpoint::Point(_) | Endpoint::Infinite(_) => None,
+        };
+        match self {
+            Light::Mesh(l) => surface(&l.emission),
+            Light::Sphere(l) => surface(&l.emission),
+            Light::Point(_) => Some(Sight::ALL),
+            Light::Spot(l) => Some(l.sight()),
+            Light::Directional(_) | Light::Environment(_) => None,
+        }
+    }
+
     /// A ray of emission: its vertex with [`Light::position_density`], then, given that, its
     /// direction, or at infinity its place, with [`Light::direction_density`].
     #[inline]
-    pub(super) fn sample_ray(&self, shapes: &[Shape], u_position: Vec2, u_direction: Vec2) -> Option<EmittedRay> {
-        let from_surface = |s: crate::geometry::SurfacePoint, emission: &SurfaceEmission| EmittedRay {
-            at: Endpoint::Surface(s),
-            origin: s.p,
-            direction: emission.sample_direction(s.ng, u_direction),
+    pub(super) fn sample_ray(
+        &self,
+        shapes: &[Shape],
+        u_position: Vec2,
+        u_direction: Vec2,
+        aim: Option<(&Targets, f64)>,
+    ) -> Option<EmittedRay> {
+        let direction = |at: &Endpoint, plain: &dyn Fn(Vec2) -> Vec3| {
+            let Some((targets, share)) = aim else { return plain(u_direction) };
+            let Some(sight) = self.sight(at) else { return plain(u_direction) };
+            let (from, x) = (at.position(), f64::from(u_direction.x));
+            let total = targets.total(from, &sight);
+            if !(total > 0.0) {
+                return plain(u_direction);
+            }
+            let rest = |x: f64| Vec2::new(x as f32, u_direction.y);
+            if x < share {
+                return targets.sample(from, &sight, total, rest(x / share)).unwrap_or_default();
+            }
+            plain(rest((x - share) / (1.0 - share)))
         };
-        let from_point = |p, direction| EmittedRay { at: Endpoint::Point(p), origin: p, direction };
+        let from_surface = |s: crate::geometry::SurfacePoint, emission: &SurfaceEmission| {
+            let at = Endpoint::Surface(s);
+            let direction = direction(&at, &|u| emission.sample_direction(s.ng, u));
+            EmittedRay { at, origin: s.p, direction }
+        };
+        let from_point = |p, plain: &dyn Fn(Vec2) -> Vec3| {
+            let at = Endpoint::Point(p);
+            EmittedRay { at, origin: p, direction: direction(&at, plain) }
+        };
         let from_infinity = |direction: Vec3, disk: &SceneDisk| EmittedRay {
             at: Endpoint::Infinite(-direction),
             origin: disk.sample(direction, u_position),
@@ -193,8 +234,8 @@ impl Light {
         Some(match self {
             Light::Mesh(l) => from_surface(l.sample_point(mesh(shapes, l.shape)?, u_position), &l.emission),
             Light::Sphere(l) => from_surface(l.sample_point(sphere(shapes, l.shape)?, u_position), &l.emission),
-            Light::Point(l) => from_point(l.position, PointLight::sample_direction(u_direction)),
-            Light::Spot(l) => from_point(l.position, l.sample_direction(u_direction)),
+            Light::Point(l) => from_point(l.position, &PointLight::sample_direction),
+            Light::Spot(l) => from_point(l.position, &|u| l.sample_direction(u)),
             Light::Directional(l) => from_infinity(l.direction, &l.disk),
             Light::Environment(l) => from_infinity(-Environment::sample_direction(u_direction), &l.disk),
         })
@@ -215,7 +256,20 @@ impl Light {
     /// Density of the emitted direction per solid angle; at infinity, of the ray's place per
     /// perpendicular area.
     #[inline]
-    pub(super) fn direction_density(&self, at: &Endpoint, direction: Vec3) -> f64 {
+    pub(super) fn direction_density(&self, at: &Endpoint, direction: Vec3, aim: Option<(&Targets, f64)>) -> f64 {
+        let plain = self.plain_direction_density(at, direction);
+        let Some((targets, share)) = aim else { return plain };
+        let Some(sight) = self.sight(at) else { return plain };
+        let from = at.position();
+        let total = targets.total(from, &sight);
+        if !(total > 0.0) {
+            return plain;
+        }
+        (1.0 - share) * plain + share * targets.density(from, &sight, total, direction)
+    }
+
+    #[inline]
+    pub(super) fn plain_direction_density(&self, at: &Endpoint, direction: Vec3) -> f64 {
         let from_surface = |emission: &SurfaceEmission| match at {
             Endpoint::Surface(s) => emission.direction_density(s.ng, direction),
             Endpoint::Point(_) | Endpoint::Infinite(_) => 0.0,

@@ -24,13 +24,14 @@ mod surface;
 mod tests;
 
 use crate::camera::Endpoint;
-use crate::geometry::{Shape, SurfacePoint};
+use crate::geometry::{Aim, Shape, SurfacePoint, Targets};
 use crate::math::Rgb;
 use crate::scene::description::{LightKind, Material};
 use choose::Choice;
 use glam::{DVec3, Vec2, Vec3};
 use infinite::{Environment, SceneDisk};
 use light::{EmittedRay, Light, Link};
+use std::sync::Arc;
 use surface::SurfaceEmission;
 
 /// Densities that the weights need at a light vertex.
@@ -77,6 +78,8 @@ pub struct EmissionSample {
     pub direction: Vec3,
     /// Flux weight: `L_e cos_g / (R_m p_direction)`, and alike for the other kinds.
     pub beta: Rgb,
+    /// Density of the direction without aim, over that with it.
+    pub plain: f64,
     /// Densities; `direct` is 0 here, since the receiver is not known yet:
     /// see [`Lights::direct_density`].
     pub densities: LightDensities,
@@ -85,13 +88,15 @@ pub struct EmissionSample {
 /// All lights of a scene and the choice among them.
 #[derive(Clone, Debug)]
 pub struct Lights {
-    lights: Vec<Light>,
+    lights: Arc<[Light]>,
     /// `None` if there are no lights.
     choice: Option<Choice>,
     /// The light that each shape is.
     of_shape: Vec<Option<u32>>,
     /// The light that the environment is.
     environment: Option<u32>,
+    /// Where emission goes more often than its brightness says.
+    aim: Option<Aim>,
 }
 
 impl Lights {
@@ -133,7 +138,13 @@ impl Lights {
         }
         let environment = add(Light::Environment(Environment { radiance: environment, disk }));
 
-        Lights { choice: Choice::by_power(&powers), lights: all, of_shape, environment }
+        Lights { choice: Choice::by_power(&powers), lights: all.into(), of_shape, environment, aim: None }
+    }
+
+    /// The same lights with a share of the emission of each aimed. (The projection maps of Jensen 2001, §9.3,
+    /// but with the density of the mixture, as the weights need it.)
+    pub fn aimed(&self, aim: Aim) -> Lights {
+        Lights { aim: Some(aim), ..self.clone() }
     }
 
     /// Number of lights; an emissive shape counts as one.
@@ -203,7 +214,8 @@ impl Lights {
     ) -> Option<EmissionSample> {
         let index = self.choice.as_ref()?.sample(u_light);
         let light = &self.lights[index as usize];
-        let EmittedRay { at, origin, direction } = light.sample_ray(shapes, u_position, u_direction)?;
+        let aim = self.aim_of(index);
+        let EmittedRay { at, origin, direction } = light.sample_ray(shapes, u_position, u_direction, aim)?;
 
         let emitted = light.emitted(&at, direction);
         let (position, direction_density) = self.emission_densities(index, &at, direction);
@@ -217,7 +229,8 @@ impl Lights {
         let beta = scale(emitted, cos / (position * direction_density));
         let densities =
             LightDensities { direct: 0.0, position, direction: direction_density, hittable: light.hittable() };
-        Some(EmissionSample { light: index, at, origin, direction, beta, densities })
+        let plain = light.plain_direction_density(&at, direction) / direction_density;
+        Some(EmissionSample { light: index, at, origin, direction, beta, plain, densities })
     }
 
     /// `D`: density with which [`Lights::sample_direct`] from `receiver` draws the vertex `at` of
@@ -276,11 +289,19 @@ impl Lights {
         self.choice.as_ref().map_or(0.0, |c| c.probability(light))
     }
 
+    /// Where a light's emission goes more often, and what share of it.
+    #[inline]
+    fn aim_of(&self, light: u32) -> Option<(&Targets, f64)> {
+        let aim = self.aim.as_ref()?;
+        let share = f64::from(aim.share(light));
+        (share > 0.0).then_some((aim.targets(), share))
+    }
+
     /// `R_m`, and the density of the direction.
     #[inline]
     fn emission_densities(&self, light: u32, at: &Endpoint, direction: Vec3) -> (f64, f64) {
         let l = &self.lights[light as usize];
-        (self.probability(light) * l.position_density(), l.direction_density(at, direction))
+        (self.probability(light) * l.position_density(), l.direction_density(at, direction, self.aim_of(light)))
     }
 
     /// The densities of light vertex `at` for a path that leaves it along `direction`, and for a

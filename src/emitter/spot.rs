@@ -4,6 +4,7 @@
 //!
 //! Angles are kept as one minus their cosines, so that a narrow cone keeps its digits.
 
+use crate::geometry::Sight;
 use crate::math::{Frame, Rgb, warp};
 use glam::{DVec3, Vec2, Vec3};
 use std::f64::consts::PI;
@@ -68,6 +69,12 @@ impl SpotLight {
     #[inline]
     pub(super) fn direction_density(&self, direction: Vec3) -> f64 {
         if self.off_axis(direction) < self.outer { 1.0 / (2.0 * PI * self.outer) } else { 0.0 }
+    }
+
+    /// What it lights.
+    #[inline]
+    pub(super) fn sight(&self) -> Sight {
+        Sight::cone(self.axis, 1.0 - self.outer)
     }
 
     /// `1 - cos` of the angle between `direction` and the axis, from the length of their difference.

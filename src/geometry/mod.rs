@@ -5,12 +5,14 @@ pub mod mesh;
 pub mod ray;
 pub mod sphere;
 pub mod surface;
+pub mod targets;
 
 pub use differential::Differential;
 pub use mesh::Mesh;
 pub use ray::Ray;
 pub use sphere::Sphere;
 pub use surface::SurfacePoint;
+pub use targets::{Aim, Sight, Targets};
 
 use crate::intersect::Hit;
 
@@ -45,6 +47,14 @@ impl Shape {
                 !mesh.normals.is_empty() && mesh.triangles.iter().any(turns)
             }
             Shape::Sphere(_) => true,
+        }
+    }
+
+    /// Radius of the smallest sphere around `center` that holds the shape.
+    pub fn radius_about(&self, center: glam::Vec3) -> f32 {
+        match self {
+            Shape::Mesh(mesh) => mesh.positions.iter().map(|p| p.distance(center)).fold(0.0, f32::max),
+            Shape::Sphere(s) => s.center.distance(center) + s.radius,
         }
     }
 

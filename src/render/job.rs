@@ -115,10 +115,10 @@ pub enum Caustics {
     Off,
 }
 
-/// What caustic connections bring and cost, by a few samples.
+/// What caustic connections or aimed light subpaths bring and cost, by a few samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Forecast {
-    /// Variance of the picture without them over that with them, at equal samples.
+    /// Variance of the caustics without them over that with them, at equal samples.
     pub variance: f32,
     /// Work with them over that without them, per sample.
     pub work: f32,
@@ -177,6 +177,10 @@ pub struct Statistics {
     pub caustics: bool,
     /// On what [`Caustics::Auto`] decided; `None` where there was nothing to decide.
     pub forecast: Option<Forecast>,
+    /// Whether light subpaths were aimed at glass.
+    pub aimed: bool,
+    /// On what that was decided; `None` where there was nothing to decide.
+    pub aim_forecast: Option<Forecast>,
     /// Samples whose value was NaN or infinite; dropped from the image.
     pub non_finite: u64,
     /// Pixel and sample of the first of them.
@@ -366,6 +370,9 @@ pub(super) fn tracer<'w>(world: &'w World, view: &View, settings: &Settings, pil
         && world.requirements.delta_lights
         && matches!(view.camera.endpoint(), Endpoint::Point(_));
     tracer.options = settings.caustic_options;
+    if !pilot.aim.none() {
+        tracer.aim_at_glass(&pilot.aim);
+    }
     tracer.experience = pilot.experience.clone();
     tracer
 }
@@ -464,6 +471,8 @@ pub fn render(
     let statistics = &mut output.statistics;
     statistics.caustics = pilot.connects;
     statistics.forecast = pilot.forecast;
+    statistics.aimed = !pilot.aim.none();
+    statistics.aim_forecast = pilot.aim_forecast;
     statistics.commit_seconds = world.commit_seconds;
     statistics.render_seconds = start.elapsed().as_secs_f64();
     statistics.scene_bytes = world.memory();

@@ -8,6 +8,7 @@ use crate::intersect::{self, Backend, Intersector};
 use crate::math::Rgb;
 use crate::scatter::Bsdf;
 use glam::{DMat3, DVec3, Vec3};
+use std::sync::Arc;
 use std::time::Instant;
 
 /// Choices of a commit.
@@ -75,6 +76,8 @@ pub struct Refractor {
     pub low: Vec3,
     /// Upper corner of its box.
     pub high: Vec3,
+    /// Radius of a sphere around it, about the middle of its box.
+    pub radius: f32,
     /// Whether its normal turns, so that several paths may lead through it from one point to another.
     pub curved: bool,
 }
@@ -92,7 +95,7 @@ pub struct World {
     /// All media; the first is vacuum.
     pub media: Vec<Medium>,
     /// All lights.
-    pub lights: Lights,
+    pub lights: Arc<Lights>,
     /// Medium at the front of each light (at the back where it emits to both sides, second).
     pub light_media: Vec<[MediumId; 2]>,
     /// The ray tracer.
@@ -183,7 +186,7 @@ impl World {
             bsdfs,
             boundaries,
             media,
-            lights,
+            lights: Arc::new(lights),
             light_media: Vec::new(),
             intersector,
             cameras: description.cameras.clone(),
@@ -312,7 +315,8 @@ fn refractors(shapes: &[Shape], shape_material: &[u32], bsdfs: &[Bsdf]) -> Vec<R
     let refracting = shapes.filter(|(_, (_, m))| bsdfs[**m as usize].walked_refraction().is_some());
     let refractor = |(shape, (geometry, _)): (u32, (&Shape, &u32))| {
         let (low, high) = padded(geometry.bounds());
-        Refractor { shape, low, high, curved: geometry.is_curved() }
+        let radius = geometry.radius_about(0.5 * (low + high)) + (high - low).max_element() * 1e-4;
+        Refractor { shape, low, high, radius, curved: geometry.is_curved() }
     };
     refracting.map(refractor).collect()
 }

@@ -75,6 +75,9 @@ const CLOSE_ENOUGH: f64 = 0.02;
 /// (water_glass) to 30 % (lumpy).
 pub const HURRIED: u32 = 24;
 
+/// Share that is aimed at glass, where any is. The error of caustics at equal time is about the same from 0.3 to 0.75.
+pub const AIM: f32 = 0.5;
+
 /// How caustic connections are made and weighed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CausticOptions {
@@ -94,6 +97,9 @@ pub struct CausticOptions {
     pub further: f32,
     /// Which connections are tried.
     pub roulette: Roulette,
+    /// Share of what light subpaths draw at lights and at surfaces that is aimed at glass, below 1; 0 for none. By
+    /// default [`AIM`] where a few samples before the render forecast that it pays.
+    pub aim: Option<f32>,
 }
 
 impl Default for CausticOptions {
@@ -106,6 +112,7 @@ impl Default for CausticOptions {
             seeds: 1,
             further: 0.25,
             roulette: Roulette::Contribution(0.5),
+            aim: None,
         }
     }
 }
@@ -122,6 +129,7 @@ impl CausticOptions {
             seeds: 1,
             further: 1.0,
             roulette: Roulette::Lengths,
+            aim: Some(0.0),
         }
     }
 }

@@ -75,7 +75,7 @@ impl Tracer<'_> {
         let (u_light, u) = (sampler.next_1d(), sampler.next_2d());
         let regular = self.regular_next_event(&a, u_light, u);
         if self.caustics {
-            let (light, at, direct) = world.lights.sample_vertex(&world.shapes, a.at.p, u_light, u)?;
+            let (light, at, direct) = self.lights.sample_vertex(&world.shapes, a.at.p, u_light, u)?;
             let from = Endpoint::Surface(a.at);
             let places = [Place::Shape(a.at.shape), Place::Light(light)];
             if let Some(ray) = self.toward_glass(&from, &at)
@@ -108,8 +108,8 @@ impl Tracer<'_> {
     #[inline]
     fn regular_next_event(&self, a: &Vertex, u_light: f32, u: Vec2) -> Option<(Joined, LightVertex, Ray)> {
         let world = self.world;
-        let light = world.lights.sample_direct(&world.shapes, a.at.p, u_light, u)?;
-        let scattering = self.bsdf(a.at.shape).evaluate(&a.at, a.wo, light.wi, TransportMode::Radiance);
+        let light = self.lights.sample_direct(&world.shapes, a.at.p, u_light, u)?;
+        let scattering = self.evaluate(a, light.wi, TransportMode::Radiance);
         let mut value = a.beta * scattering.f * a.cos_s(light.wi) * light.incident;
         if !(value.max_element() > 0.0) {
             return None;
@@ -185,11 +185,11 @@ impl Tracer<'_> {
         if !(d2 > 0.0) {
             return None;
         }
-        let at_a = self.bsdf(a.at.shape).evaluate(&a.at, a.wo, w, TransportMode::Radiance);
+        let at_a = self.evaluate(a, w, TransportMode::Radiance);
         if at_a.f == Rgb::ZERO {
             return None;
         }
-        let at_b = self.bsdf(b.at.shape).evaluate(&b.at, b.wo, -w, TransportMode::Importance);
+        let at_b = self.evaluate(b, -w, TransportMode::Importance);
         if at_b.f == Rgb::ZERO {
             return None;
         }
@@ -250,7 +250,7 @@ impl Tracer<'_> {
         let world = self.world;
         let b = &self.light_vertices[j];
         let seen = camera.connect(b.at.p)?;
-        let scattering = self.bsdf(b.at.shape).evaluate(&b.at, b.wo, seen.wi, TransportMode::Importance);
+        let scattering = self.evaluate(b, seen.wi, TransportMode::Importance);
         let forward = seen.density * b.cos_g(seen.wi) as f64;
         let mut value = b.beta * scattering.f * (forward as f32 * b.incident_adjoint());
         if !(value.max_element() > 0.0) {
@@ -278,14 +278,14 @@ impl Tracer<'_> {
         let world = self.world;
         let mut vertex = None;
         for chain in &self.chains {
-            let emitted = world.lights.emitted(light, &at, chain.last);
-            let scattering = self.bsdf(a.at.shape).evaluate(&a.at, a.wo, chain.first, TransportMode::Radiance);
+            let emitted = self.lights.emitted(light, &at, chain.last);
+            let scattering = self.evaluate(a, chain.first, TransportMode::Radiance);
             let radiance = emitted * chain.transmittance * chain.index_ratio as f32;
             let value = a.beta * scattering.f * a.cos_s(chain.first) * radiance;
             if !(value.max_element() > 0.0) {
                 continue;
             }
-            let densities = world.lights.densities(&world.shapes, light, &at, chain.last, a.at.p);
+            let densities = self.lights.densities(&world.shapes, light, &at, chain.last, a.at.p);
             let cos_a = f64::from(a.cos_g(chain.first));
             let cos_b = match &at {
                 Endpoint::Surface(y) => f64::from(y.ng.dot(chain.last).abs()),
@@ -307,8 +307,8 @@ impl Tracer<'_> {
     fn caustic_connect(&mut self, i: usize, j: usize, attempt: f32) {
         let (a, b) = (&self.camera_vertices[i], &self.light_vertices[j]);
         for chain in &self.chains {
-            let at_a = self.bsdf(a.at.shape).evaluate(&a.at, a.wo, chain.first, TransportMode::Radiance);
-            let at_b = self.bsdf(b.at.shape).evaluate(&b.at, b.wo, chain.last, TransportMode::Importance);
+            let at_a = self.evaluate(a, chain.first, TransportMode::Radiance);
+            let at_b = self.evaluate(b, chain.last, TransportMode::Importance);
             let geometry = a.cos_s(chain.first) * b.incident_adjoint() * chain.index_ratio as f32;
             let value = a.beta * at_a.f * chain.transmittance * at_b.f * b.beta * geometry;
             if !(value.max_element() > 0.0) {
@@ -334,7 +334,7 @@ impl Tracer<'_> {
             let Some(seen) = camera.connect(p + chain.first) else { continue };
             // Per solid angle at the pinhole.
             let density = camera.density(chain.first, 1.0);
-            let at_b = self.bsdf(b.at.shape).evaluate(&b.at, b.wo, chain.last, TransportMode::Importance);
+            let at_b = self.evaluate(b, chain.last, TransportMode::Importance);
             let scale = density as f32 * b.incident_adjoint() * chain.index_ratio as f32;
             let value = chain.transmittance * at_b.f * b.beta * scale;
             if !(value.max_element() > 0.0) {

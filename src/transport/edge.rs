@@ -156,8 +156,7 @@ impl Tracer<'_> {
             }
             Departure::Light => {
                 let Some(start) = &self.light_start else { return };
-                let densities =
-                    self.world.lights.densities(&self.world.shapes, start.light, &start.at, direction, receiver);
+                let densities = self.lights.densities(&self.world.shapes, start.light, &start.at, direction, receiver);
                 edge.forward = densities.direction;
                 if let Endpoint::Surface(at) = &start.at {
                     edge.cos = at.ng.dot(direction).abs() as f64;
@@ -168,8 +167,7 @@ impl Tracer<'_> {
                     TransportMode::Radiance => &self.camera_vertices[index],
                     TransportMode::Importance => &self.light_vertices[index],
                 };
-                let bsdf = self.bsdf(vertex.at.shape);
-                let value = bsdf.evaluate(&vertex.at, vertex.wo, direction, walk.mode);
+                let value = self.evaluate(vertex, direction, walk.mode);
                 edge.forward = if value.pdf > 0.0 { value.pdf } else { sampled_density } as f64;
                 edge.remainder = vertex.partial.at(value.pdf_reverse as f64);
                 edge.cos = vertex.cos_g(direction) as f64;
@@ -199,7 +197,7 @@ impl Tracer<'_> {
         let remainder = if self.camera_only { 0.0 } else { edge.remainder };
         let edge = match (&edge.departure, &self.light_start) {
             (Departure::Light, Some(start)) => {
-                let lights = &self.world.lights;
+                let lights = &self.lights;
                 let direct = lights.direct_density(&self.world.shapes, start.light, &start.at, at.position());
                 let (position, hittable) = (start.densities.position, start.densities.hittable);
                 MacroEdge::from_light(technique, forward, reverse_geometry, direct, position, hittable)

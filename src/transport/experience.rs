@@ -43,6 +43,8 @@ pub struct Trial {
     pub(super) found: f32,
     /// Steps of the walks.
     pub(super) steps: u64,
+    /// See [`super::Tracer::walk_work`].
+    pub(super) work: f64,
 }
 
 /// Trials from which on a class has a guess of its own; before, it has that of all classes together. Not
@@ -134,7 +136,7 @@ mod tests {
     use super::*;
 
     fn trials(class: usize, straight: f32, found: f32, count: usize) -> Vec<Trial> {
-        vec![Trial { class, straight, found, steps: 6 }; count]
+        vec![Trial { class, straight, found, steps: 6, work: 0.0 }; count]
     }
 
     #[test]
@@ -156,7 +158,7 @@ mod tests {
 
     #[test]
     fn what_takes_longer_is_tried_less() {
-        let trial = Trial { class: 5, straight: 1.0, found: 1.0, steps: 30 };
+        let trial = Trial { class: 5, straight: 1.0, found: 1.0, steps: 30, work: 0.0 };
         assert_eq!(Experience::new(&[trial; 50], 1.0).expects(5, 1.0), Some(0.5));
     }
 

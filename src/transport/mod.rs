@@ -1,5 +1,6 @@
 //! Light transport: subpaths, the techniques that join them, their weights.
 
+pub mod aim;
 pub mod caustic;
 pub mod connect;
 mod edge;

@@ -11,14 +11,16 @@ use super::experience::{Experience, Trial};
 use super::vertex::{EdgeRecord, LightVertex, Vertex};
 use super::weight::{Partial, emitter_hit};
 use crate::camera::{Camera, Endpoint};
+use crate::emitter::Lights;
 use crate::geometry::ray::segment;
-use crate::geometry::{Ray, SurfacePoint};
+use crate::geometry::{Aim, Ray, SurfacePoint};
 use crate::manifold::MAX_CHAIN;
 use crate::math::{Rgb, Sampler, Stream};
 use crate::scatter::{Bsdf, Microfacet, TransportMode};
 use crate::scene::World;
 use crate::scene::world::{MediumId, Refractor};
 use glam::Vec3;
+use std::sync::Arc;
 
 /// Scattering events before Russian roulette begins. Three keeps the short paths, which carry most
 /// of an image, free of roulette noise.
@@ -113,6 +115,10 @@ pub struct Tracer<'w> {
     pub walks: WalkCount,
     /// Whether caustic connections are made: see [`Tracer::connect_through_glass`].
     pub(super) caustics: bool,
+    /// All lights, as this tracer sees them: their emission may be aimed.
+    pub lights: Arc<Lights>,
+    /// Where light subpaths are sent from surfaces, and how often, by shape.
+    pub aim: Option<Aim>,
     /// Compiled materials, as this tracer sees them.
     bsdfs: &'w [Bsdf],
     /// The shapes that walks lead through.
@@ -151,6 +157,8 @@ pub(super) struct Walk<'c> {
     pub(super) events: u32,
     /// Throughput relative to the start, radiance over n² in radiance mode: what roulette goes by.
     pub(super) roulette: Rgb,
+    /// Density of what was drawn without any aim, over that with it.
+    pub(super) plain: f64,
 }
 
 impl<'w> Tracer<'w> {
@@ -167,6 +175,8 @@ impl<'w> Tracer<'w> {
             rays: RayCount::default(),
             walks: WalkCount::default(),
             caustics: false,
+            lights: world.lights.clone(),
+            aim: None,
             bsdfs: &world.bsdfs,
             refractors: &world.refractors,
             microfacets: [[Vec3::ZERO; 2]; MAX_CHAIN],
@@ -213,6 +223,7 @@ impl<'w> Tracer<'w> {
             max_segments: self.max_depth,
             events: 0,
             roulette: Rgb::ONE,
+            plain: 1.0,
         };
         self.walk(walk, edge, sampler);
     }
@@ -227,8 +238,8 @@ impl<'w> Tracer<'w> {
         }
         let u_light = sampler.next_1d();
         let (u_position, u_direction) = (sampler.next_2d(), sampler.next_2d());
-        let lights = &self.world.lights;
-        let Some(sample) = lights.sample_emission(&self.world.shapes, u_light, u_position, u_direction) else {
+        let shapes = &self.world.shapes;
+        let Some(sample) = self.lights.sample_emission(shapes, u_light, u_position, u_direction) else {
             return;
         };
         let back = matches!(&sample.at, Endpoint::Surface(at) if at.ng.dot(sample.direction) < 0.0);
@@ -255,6 +266,7 @@ impl<'w> Tracer<'w> {
             max_segments: self.max_depth - 1,
             events: 0,
             roulette: Rgb::ONE,
+            plain: sample.plain,
         };
         self.walk(walk, edge, sampler);
     }
@@ -304,7 +316,7 @@ impl<'w> Tracer<'w> {
                 return;
             }
             if walk.mode == TransportMode::Radiance
-                && let Some(light) = world.lights.of_shape(hit.shape)
+                && let Some(light) = self.lights.of_shape(hit.shape)
             {
                 self.hit_light(&walk, &mut edge, &mut end, light, &at, wo);
             }
@@ -312,6 +324,7 @@ impl<'w> Tracer<'w> {
             if bsdf.connectable() {
                 let place = Endpoint::Surface(at);
                 let (partial, record) = self.close(&mut edge, &walk, &mut end, &place, &mut wo);
+                let (aimed, toward) = self.aimed(&at, wo, walk.mode);
                 let vertex = Vertex {
                     at,
                     wo,
@@ -319,6 +332,9 @@ impl<'w> Tracer<'w> {
                     partial,
                     segments: walk.segments,
                     medium: walk.medium,
+                    aimed,
+                    plain: walk.plain,
+                    toward,
                     edge: record,
                     passed: false,
                 };
@@ -332,10 +348,20 @@ impl<'w> Tracer<'w> {
             }
 
             let (u_lobe, u) = (sampler.next_1d(), sampler.next_2d());
-            let Some(sample) = bsdf.sample(&at, wo, walk.mode, u_lobe, u) else { return };
+            let aimed = match self.light_vertices.last() {
+                Some(vertex) if walk.mode == TransportMode::Importance && bsdf.connectable() => vertex.aimed,
+                _ => 0.0,
+            };
+            let sample = match aimed {
+                aimed if aimed > 0.0 => self.sample_aimed(&at, wo, aimed, u_lobe, u),
+                _ => bsdf.sample(&at, wo, walk.mode, u_lobe, u).map(|s| (s, 1.0)),
+            };
+            let Some((sample, plain)) = sample else { return };
             let wi = sample.wi;
             walk.beta *= sample.weight;
-            walk.roulette *= sample.weight;
+            // By what it would be without aim, or roulette would kill what was aimed.
+            walk.roulette *= sample.weight / plain;
+            walk.plain *= f64::from(plain);
             let shading = at.ns != at.ng;
             // cos_s(prev) cos_g(next) / (cos_g(prev) cos_s(next)): Veach's adjoint factor A.
             let adjoint =
@@ -421,14 +447,14 @@ impl<'w> Tracer<'w> {
         mut wo: Vec3,
     ) {
         // Next-event estimation draws from the last connectable vertex by its straight line.
-        let Some((radiance, densities)) = self.world.lights.hit(&self.world.shapes, light, at, wo, edge.origin) else {
+        let Some((radiance, densities)) = self.lights.hit(&self.world.shapes, light, at, wo, edge.origin) else {
             return;
         };
         let place = Endpoint::Surface(*at);
         let (partial, record) = self.close(edge, walk, end, &place, &mut wo);
         let densities = if record.chain > 0 && record.technique > 0.0 {
             // The direction may have changed in its last bits.
-            self.world.lights.densities(&self.world.shapes, light, &place, wo, edge.origin)
+            self.lights.densities(&self.world.shapes, light, &place, wo, edge.origin)
         } else {
             densities
         };
@@ -437,8 +463,8 @@ impl<'w> Tracer<'w> {
 
     fn escape(&mut self, walk: &Walk, edge: &mut OpenEdge) {
         let direction = walk.ray.direction;
-        let Some((radiance, densities)) = self.world.lights.escape(direction) else { return };
-        let Some(light) = self.world.lights.environment() else { return };
+        let Some((radiance, densities)) = self.lights.escape(direction) else { return };
+        let Some(light) = self.lights.environment() else { return };
         if edge.chain == 0 && matches!(edge.departure, Departure::Vertex { .. }) {
             self.leave(edge, walk, direction, None, Vec3::ZERO);
         }

@@ -25,6 +25,12 @@ pub struct Vertex {
     pub segments: u32,
     /// Medium on the side of `wo`.
     pub medium: MediumId,
+    /// Solid angle of the glass that light is aimed at from here; 0 where it is not.
+    pub aimed: f64,
+    /// Of a light subpath's vertex: density with which it would be drawn without any aim, over that with it.
+    pub plain: f64,
+    /// Of a camera subpath's vertex: density with which aimed light leaves it along `wo`.
+    pub toward: f64,
     /// The macro-edge that leads here.
     pub edge: EdgeRecord,
     /// Whether the subpath went on from here by a lobe that is not connectable: then this is a vertex of the

@@ -177,6 +177,10 @@ pub(crate) struct Connections {
     /// evaluated, unless there are delta lights; 0: smooth refraction alone [default: the material's own]
     #[arg(long, value_name = "R", value_parser = unit)]
     pub(crate) walked_roughness: Option<f32>,
+    /// Share of what light subpaths draw at lights and surfaces that is aimed at glass; 0: none [default: 0.5 where
+    /// a few samples forecast that it pays]
+    #[arg(long, value_name = "P", value_parser = share)]
+    pub(crate) aim: Option<f32>,
     /// Most steps of a walk [default: 64 to lights that cannot be hit, else 24]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) walk_iterations: Option<u32>,
@@ -214,6 +218,7 @@ impl Connections {
         if let Some(p) = self.further {
             options.further = p;
         }
+        options.aim = self.aim.or(options.aim);
         options.max_iterations = self.walk_iterations;
         if let Some(angle) = self.walk_tolerance {
             options.walk.tolerance = angle;
@@ -379,6 +384,10 @@ fn unit(text: &str) -> Result<f32, String> {
 
 fn probability(text: &str) -> Result<f32, String> {
     text.parse::<f32>().ok().filter(|p| *p > 0.0 && *p <= 1.0).ok_or_else(|| "expected more than 0, at most 1".into())
+}
+
+fn share(text: &str) -> Result<f32, String> {
+    text.parse::<f32>().ok().filter(|x| (0.0..1.0).contains(x)).ok_or_else(|| "expected 0 or more, below 1".into())
 }
 
 fn finite(text: &str) -> Result<f32, String> {

@@ -139,14 +139,15 @@ fn report(output: &Output, noise: Option<String>, console: Console) {
 
 fn walks(s: &Statistics, console: Console) {
     let walks = s.walks;
-    if let Some(forecast) = s.forecast {
-        let Forecast { variance, work } = forecast;
-        let what = if s.caustics { "made" } else { "left out" };
+    let decision = |what: &str, made: bool, forecast: Option<Forecast>| {
+        let Some(Forecast { variance, work }) = forecast else { return };
+        let made = if made { "yes" } else { "no" };
         console.note(&format!(
-            "connections through glass {what}: forecast {variance:.2} times the variance without, {work:.2} times the \
-             work with them"
+            "{what}: {made}; forecast {variance:.2} times the caustics' variance without, {work:.2} times the work with"
         ));
-    }
+    };
+    decision("light subpaths aimed at glass", s.aimed, s.aim_forecast);
+    decision("connections through glass", s.caustics, s.forecast);
     if walks.total() == 0 {
         return;
     }

@@ -6,6 +6,10 @@ use super::*;
 fn all_techniques_get_the_same_bits() {
     let mut scenes = one_of_each();
     scenes.push(("mixture", mixture()));
+    let mut aimed = mixture();
+    let targets = Targets::new([(Vec3::new(-0.5, 0.0, -0.5), Vec3::new(0.5, 1.0, 0.5), 1.0)]);
+    aimed.lights = aimed.lights.aimed(Aim::new(std::sync::Arc::new(targets), vec![0.4; 8]));
+    scenes.push(("aimed", aimed));
     for (name, scene) in &scenes {
         let lights = &scene.lights;
         let mut random = random(1);

@@ -1,5 +1,6 @@
 //! Scenes and independent geometry for the tests of lights.
 
+mod aimed;
 mod densities;
 mod radiometry;
 mod sampling;
