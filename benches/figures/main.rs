@@ -11,7 +11,7 @@ mod strip;
 mod study;
 
 use clap::Parser;
-use measure::Subject;
+use measure::{Method, Subject};
 use report::Report;
 use std::path::Path;
 use std::time::Instant;
@@ -66,6 +66,9 @@ pub(crate) struct Options {
     /// Seconds of a reference, times the scene's factor
     #[arg(long, default_value_t = 90.0)]
     reference_seconds: f64,
+    /// Methods beside bdpt, mnee and ours, which always are; none for long runs
+    #[arg(long, value_delimiter = ',', default_value = "path,light,paper")]
+    also: Vec<String>,
     /// Samples per pixel of the equal-sample renders
     #[arg(long, default_value_t = 16)]
     samples: u32,
@@ -96,6 +99,12 @@ impl Options {
     fn open(&self, scene: &Scene, side: u32) -> Subject {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
         Subject::open(&folder.join(format!("{}.glb", scene.name)), side, self.threads)
+    }
+
+    fn methods(&self) -> Vec<Method> {
+        let always = ["bdpt", "mnee", "ours"];
+        let asked = |m: &Method| always.contains(&m.name) || self.also.iter().any(|name| name == m.name);
+        Method::all().into_iter().filter(asked).collect()
     }
 
     fn wanted(&self) -> impl Iterator<Item = &'static Scene> {

@@ -32,7 +32,7 @@ struct Row {
 
 /// Seconds of [`run`].
 pub(crate) fn estimate(scene: &Scene, options: &Options) -> f64 {
-    let methods = Method::all().len() as f64;
+    let methods = options.methods().len() as f64;
     let checks = if scene.checked { 2.0 * CHECK_SHARE } else { 0.0 };
     let samples = f64::from(options.samples) * f64::from(options.side).powi(2);
     scene.factor * options.reference_seconds * (1.0 + checks)
@@ -43,7 +43,7 @@ pub(crate) fn estimate(scene: &Scene, options: &Options) -> f64 {
 /// Renders the scene in all ways, and writes its picture, its plot and its piece of the document.
 pub(crate) fn run(scene: &Scene, options: &Options, report: &Report) {
     let subject = options.open(scene, options.side);
-    let methods = Method::all();
+    let methods = options.methods();
     let ours = methods.len() - 1;
     let seconds = options.seconds * scene.factor;
     let reference = Reference::new(&subject, options.reference_seconds * scene.factor);
@@ -176,7 +176,11 @@ fn summary(scene: &Scene, reference: &Reference, checks: &[(&str, Estimate)], ro
         false => "none".to_owned(),
     };
     let checked = if checks.is_empty() { "–".to_owned() } else { verdict(checks) };
-    let errors: Vec<String> = rows.iter().map(|row| number(row.errors[part])).collect();
+    let errors = Method::all().into_iter().map(|method| {
+        let row = rows.iter().find(|row| row.method.name == method.name);
+        number(row.map_or(f64::NAN, |row| row.errors[part]))
+    });
+    let errors: Vec<String> = errors.collect();
     let (bdpt, mnee, ours) = (numbers("bdpt"), numbers("mnee"), numbers("ours"));
     format!(
         "| [{name}](#{name}) | {region} | {} | {checked} | {} | {} | {} | {} | {} |",
