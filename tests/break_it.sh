@@ -222,6 +222,10 @@ mutation("forecast: all light counts, not caustics alone", "src/render/pilot.rs"
          "if !c.is_caustic() || !added.is_finite() {", "if !added.is_finite() {",
          ("options", "connections_are_made"))
 
+mutation("roulette: light that the camera sees is part of the mean radiance", "src/render/pilot.rs",
+         "if most.is_finite() && !(c.camera.is_empty() && c.light.is_empty()) {", "if most.is_finite() {",
+         ("options", "connections_are_made"))
+
 # Aim.
 mutation("aim: density of light leaving a surface, in the weights", "src/transport/aim.rs",
          "TransportMode::Radiance => e.pdf_reverse = mix(share, e.pdf_reverse, vertex.toward),",

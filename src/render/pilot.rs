@@ -57,9 +57,11 @@ pub(super) struct Pilot {
     pub(super) aim_forecast: Option<Forecast>,
 }
 
-/// Second moments of caustics.
-#[derive(Clone)]
+/// Second moments of caustics, and what there is to see.
 struct Moments {
+    /// Sum of all contributions but those of lights that the camera sees, perhaps through glass: they have no noise,
+    /// however bright, and no say in what is too much of it.
+    light: f32,
     all: f64,
     /// By how much more without caustic connections.
     unconnected: f64,
@@ -71,13 +73,17 @@ struct Moments {
 
 impl Moments {
     fn new() -> Moments {
-        Moments { all: 0.0, unconnected: 0.0, unaimed: 0.0, unaimed_from: vec![0.0; Shares::COUNT] }
+        Moments { light: 0.0, all: 0.0, unconnected: 0.0, unaimed: 0.0, unaimed_from: vec![0.0; Shares::COUNT] }
     }
 }
 
 impl Observer for Moments {
     fn observe(&mut self, c: &Contribution) {
-        let added = f64::from(c.weighted.max_element()).powi(2);
+        let most = c.weighted.max_element();
+        if most.is_finite() && !(c.camera.is_empty() && c.light.is_empty()) {
+            self.light += most;
+        }
+        let added = f64::from(most).powi(2);
         if !c.is_caustic() || !added.is_finite() {
             return;
         }
@@ -119,7 +125,7 @@ impl Samples {
         let mut aimed = vec![0; Shares::COUNT];
         let (mut means, mut moments) = (Vec::new(), Vec::new());
         for group in 0..GROUPS {
-            let (mut sum, mut of_group) = (0.0, Moments::new());
+            let mut of_group = Moments::new();
             for i in 0..GROUP {
                 if cancel.is_cancelled() {
                     return None;
@@ -132,12 +138,8 @@ impl Samples {
                 for (class, plain) in tracer.light_start.iter().flat_map(|s| departures(s, &tracer.light_vertices)) {
                     aimed[class] += u64::from(plain < 1.0);
                 }
-                let total = sample.splats.iter().fold(sample.radiance, |sum, splat| sum + splat.value);
-                if total.is_finite() {
-                    sum += total.max_element();
-                }
             }
-            means.push(sum / GROUP as f32);
+            means.push(of_group.light / GROUP as f32);
             moments.push(of_group);
         }
         means.sort_unstable_by(f32::total_cmp);
