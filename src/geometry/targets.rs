@@ -340,17 +340,18 @@ mod tests {
 
     #[test]
     fn small_and_far_things_keep_their_directions() {
+        const N: usize = 400_000;
         let mut s = random(5);
         for distance in [1e1f32, 1e2, 4e2] {
             let targets = Targets::new([(Vec3::splat(-0.5), Vec3::splat(0.5), 0.5)]);
             let from = Vec3::new(0.6, 0.0, 0.8) * distance;
             let total = targets.total(from, &Reach::ALL);
-            let drawn = (0..20_000).filter(|_| {
+            let drawn = (0..N).filter(|_| {
                 let w = targets.sample(from, &Reach::ALL, total, s.next_1d(), s.next_2d());
                 w.inspect(|w| assert!(targets.density(from, &Reach::ALL, total, *w) > 0.0)).is_some()
             });
-            let lost = 20_000 - drawn.count();
-            assert!(lost < 20, "{lost} of 20000 from {distance} m");
+            let lost = N - drawn.count();
+            assert!(lost < N / 10_000, "{lost} of {N} from {distance} m");
         }
     }
 
