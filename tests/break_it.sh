@@ -233,8 +233,13 @@ mutation("aim: density of light leaving a surface, in the weights", "src/transpo
 mutation("aim: weight of what was drawn at a surface", "src/transport/aim.rs",
          "weight: sample.weight * plain, pdf,", "pdf,", ("options", "aim_changes"))
 mutation("aim: density of emission", "src/emitter/light.rs",
-         "(1.0 - share) * plain + share * targets.density(from, &sight, total, direction)", "plain",
+         "(1.0 - share) * plain + share * targets.density(from, &reach, total, direction)", "plain",
          ("lib", "aimed_light_carries"))
+mutation("aim: at surfaces that transmit, too", "src/scatter/mod.rs",
+         "lobe.connectable() && !lobe.transmits()", "lobe.connectable()", ("weights", "area_light"))
+mutation("aim: directions that rounding puts outside", "src/geometry/targets.rs",
+         "within(direction.as_dvec3().normalize(), to, sin2).then_some(direction)", "Some(direction)",
+         ("lib", "small_and_far"))
 mutation("aim: several spheres in one direction", "src/geometry/targets.rs",
          "sum += sin2 / (2.0 * PI * one_minus_cos(sin2));", "sum = sin2 / (2.0 * PI * one_minus_cos(sin2));",
          ("lib", "directions_follow"))

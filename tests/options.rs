@@ -191,6 +191,15 @@ fn a_tolerance_that_the_check_cannot_follow_is_refused() {
 }
 
 #[test]
+fn a_share_that_leaves_too_little_for_the_rest_is_refused() {
+    for share in [-0.1, 0.96, 1.0, f32::NAN] {
+        let options = CausticOptions { aim: Some(share), ..CausticOptions::default() };
+        let error = render(&WORLD, &with(options), &Cancel::default(), &|_| ()).expect_err("refused");
+        assert!(matches!(error, RenderError::Setting { setting: "aim", .. }), "{error}");
+    }
+}
+
+#[test]
 fn inexact_checks_need_the_direct_term() {
     for check in [Check::Few, Check::Off] {
         let settings = with(CausticOptions { check, ..CausticOptions::default() });

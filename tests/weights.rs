@@ -9,14 +9,14 @@ mod common;
 use caustica::camera::{Camera, Endpoint};
 use caustica::emitter::Lights;
 use caustica::geometry::ray::segment;
-use caustica::geometry::{Aim, Sight};
+use caustica::geometry::{Aim, Reach};
 use caustica::integrator::bdpt::{self, View};
 use caustica::integrator::{Contribution, Observer, Sample};
 use caustica::math::Rgb;
 use caustica::scatter::{Bsdf, TransportMode};
 use caustica::scene::World;
 use caustica::scene::description::*;
-use caustica::transport::aim::Shares;
+use caustica::transport::aim::{Aimed, glass};
 use caustica::transport::caustic::{CausticOptions, GeometryTerm};
 use caustica::transport::roulette::Roulette;
 use caustica::transport::vertex::{EdgeRecord, on_path};
@@ -112,11 +112,11 @@ impl FullPath<'_> {
         let mut toward_camera = e.pdf_reverse;
         // Of the light subpaths that arrive, a share goes to the glass, if there is any before the surface.
         if let Some(aim) = self.aim.filter(|aim| aim.share(v.at.shape) > 0.0) {
-            let sight = Sight::above(if v.at.ng.dot(to_light) > 0.0 { v.at.ng } else { -v.at.ng });
-            let total = aim.targets().total(v.at.p, &sight);
+            let reach = Reach::above(if v.at.ng.dot(to_light) > 0.0 { v.at.ng } else { -v.at.ng });
+            let total = aim.targets().total(v.at.p, &reach);
             if total > 0.0 {
                 let share = aim.share(v.at.shape);
-                let aimed = aim.targets().density(v.at.p, &sight, total, to_camera);
+                let aimed = aim.targets().density(v.at.p, &reach, total, to_camera);
                 toward_camera = (1.0 - share) * toward_camera + share * aimed as f32;
             }
         }
@@ -261,7 +261,7 @@ fn check_with(name: &str, builder: &Builder, caustics: Option<CausticOptions>) {
     }
     tracer.options = caustics.unwrap_or_default();
     if let Some(share) = tracer.options.aim {
-        tracer.aim_at_glass(&Shares::new(|_| share));
+        tracer.aim_at(&Aimed::new(&world, &glass(&world), |_| share));
     }
     let (lights, aim) = (tracer.lights.clone(), tracer.aim.clone());
     tracer.camera_caustics =
@@ -323,6 +323,8 @@ fn room(lights: impl Fn(&mut Builder), with_glass: bool, projection: Projection)
         b.mesh(common::icosphere(0.4, 2, true), glass, glam::DAffine3::from_translation(DVec3::new(0.0, 0.4, 0.9)));
         let frosted = b.glass(1.4, 0.5);
         b.sphere(DVec3::new(-0.3, 1.3, -0.6), 0.4, frosted);
+        let sheet = b.material(Scattering::ThinDielectric { ior: 1.5, roughness: 0.4, tint: Rgb::ONE });
+        b.quad(Vec3::new(-1.6, 0.2, 1.0), Vec3::X * 0.8, Vec3::Y * 1.2, sheet);
         let walked = b.walked_glass(1.4, 0.4);
         b.mesh(icosphere(0.3, 2, true), walked, DAffine3::from_translation(DVec3::new(0.9, 1.4, 0.9)));
         let inner = b.walked_glass(1.5, 0.3);

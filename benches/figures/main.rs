@@ -136,6 +136,15 @@ fn main() {
         eprintln!("no scene '{name}'; there are {}", SCENES.map(|s| s.name).join(", "));
         std::process::exit(2);
     }
+    if let Some(name) =
+        options.also.iter().find(|name| !name.is_empty() && Method::all().iter().all(|m| m.name != **name))
+    {
+        eprintln!(
+            "no method '{name}'; there are {}",
+            Method::all().iter().map(|m| m.name).collect::<Vec<_>>().join(", ")
+        );
+        std::process::exit(2);
+    }
     let report = Report::new(&options);
     println!("{}", report.provenance());
     if !options.only_report {

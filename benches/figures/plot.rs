@@ -16,8 +16,17 @@ const TOP: f64 = 28.0;
 const BOTTOM: f64 = 46.0;
 const LEGEND: f64 = 84.0;
 
-/// Of Okabe and Ito: told apart by the colour-blind, too; the last one, ours, stands out.
-const COLOURS: [&str; 6] = ["#999999", "#e69f00", "#0072b2", "#009e73", "#cc79a7", "#d00000"];
+/// Of Okabe and Ito: told apart by the colour-blind, too; ours stands out.
+fn colour(method: &str) -> &'static str {
+    match method {
+        "path" => "#999999",
+        "light" => "#e69f00",
+        "bdpt" => "#0072b2",
+        "mnee" => "#009e73",
+        "paper" => "#cc79a7",
+        _ => "#d00000",
+    }
+}
 
 /// A logarithmic axis over all values.
 struct Axis {
@@ -98,7 +107,8 @@ pub(crate) fn plot(curves: &[Curve]) -> String {
             line((left(i), down(e)), (left(i) + WIDTH, down(e)), "stroke=\"#dddddd\"");
         }
     }
-    for (k, colour) in (0..curves.len()).zip(COLOURS) {
+    for (k, (name, _)) in curves.iter().enumerate() {
+        let colour = colour(name);
         let y = TOP + 12.0 + 18.0 * k as f64;
         line((end - 6.0, y), (end + 12.0, y), &format!("stroke=\"{colour}\" stroke-width=\"2.5\""));
     }
@@ -108,7 +118,8 @@ pub(crate) fn plot(curves: &[Curve]) -> String {
             "<rect x=\"{}\" y=\"{TOP}\" width=\"{WIDTH}\" height=\"{HEIGHT}\" fill=\"none\" stroke=\"#666666\"/>",
             left(i)
         );
-        for ((_, points), colour) in curves.iter().zip(COLOURS) {
+        for (name, points) in curves {
+            let colour = colour(name);
             let place = |(t, e): &(f64, [f64; 2])| (across(i, *t), down(e[*part]));
             let places: Vec<_> = points.iter().filter(|(_, e)| e[*part] > 0.0).map(place).collect();
             let list: Vec<String> = places.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect();

@@ -142,7 +142,9 @@ and path tracing with manifold next-event estimation (`mnee`). `ours` makes caus
 at glass where a forecast says that it pays. The reference has two halves, long renders with other seeds that make
 connections in any case. The error is relMSE: the squared difference over the squared reference plus 1 % of the squared
 mean of the reference, averaged without the worst 0.1 % of the pixels; the square is the product of the differences
-from the two halves, so that the reference's noise is no part of it on average. The caustic region
+from the two halves, so that the reference's noise is no part of it on average (what is trimmed may be; and where the
+noise is not well below the errors, these are not to be trusted). \"–\": left out of long runs. What aim alone brings is
+seen where `ours` made no connections, and in the tables of options. The caustic region
 has the pixels where, averaged over 5 x 5 pixels, at least {:.0} % of the radiance has crossed glass smoothly before the
 vertex that the camera sees; glass between that vertex and the camera does not count. Each scene has a factor on its times.
 

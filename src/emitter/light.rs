@@ -7,7 +7,7 @@ use super::sphere::SphereLight;
 use super::spot::SpotLight;
 use super::surface::SurfaceEmission;
 use crate::camera::Endpoint;
-use crate::geometry::{Mesh, Shape, Sight, Sphere, Targets};
+use crate::geometry::{Mesh, Reach, Shape, Sphere, Targets};
 use crate::math::Rgb;
 use crate::scene::description::LightKind;
 use glam::{DVec3, Vec2, Vec3};
@@ -178,17 +178,17 @@ impl Light {
     /// What emission from `at` reaches; `None` at infinity, where the place of a ray is drawn and not its
     /// direction.
     #[inline]
-    fn sight(&self, at: &Endpoint) -> Option<Sight> {
+    fn reach(&self, at: &Endpoint) -> Option<Reach> {
         let surface = |emission: &SurfaceEmission| match at {
-            Endpoint::Surface(_) if emission.two_sided => Some(Sight::ALL),
-            Endpoint::Surface(s) => Some(Sight::above(s.ng)),
+            Endpoint::Surface(_) if emission.two_sided => Some(Reach::ALL),
+            Endpoint::Surface(s) => Some(Reach::above(s.ng)),
             Endpoint::Point(_) | Endpoint::Infinite(_) => None,
         };
         match self {
             Light::Mesh(l) => surface(&l.emission),
             Light::Sphere(l) => surface(&l.emission),
-            Light::Point(_) => Some(Sight::ALL),
-            Light::Spot(l) => Some(l.sight()),
+            Light::Point(_) => Some(Reach::ALL),
+            Light::Spot(l) => Some(l.reach()),
             Light::Directional(_) | Light::Environment(_) => None,
         }
     }
@@ -201,44 +201,42 @@ impl Light {
         shapes: &[Shape],
         u_position: Vec2,
         u_direction: Vec2,
-        aim: Option<(&Targets, f64)>,
+        u_aim: f32,
+        aim: Option<(&Targets, f32)>,
     ) -> Option<EmittedRay> {
         let direction = |at: &Endpoint, plain: &dyn Fn(Vec2) -> Vec3| {
-            let Some((targets, share)) = aim else { return plain(u_direction) };
-            let Some(sight) = self.sight(at) else { return plain(u_direction) };
-            let (from, x) = (at.position(), f64::from(u_direction.x));
-            let total = targets.total(from, &sight);
-            if !(total > 0.0) {
-                return plain(u_direction);
-            }
-            let rest = |x: f64| Vec2::new(x as f32, u_direction.y);
-            if x < share {
-                return targets.sample(from, &sight, total, rest(x / share)).unwrap_or_default();
-            }
-            plain(rest((x - share) / (1.0 - share)))
+            let aimed = aim.and_then(|(targets, share)| {
+                let (reach, from) = (self.reach(at)?, at.position());
+                let total = targets.total(from, &reach);
+                let aims = total > 0.0 && u_aim < share;
+                aims.then(|| targets.sample(from, &reach, total, u_aim / share, u_direction))
+            });
+            aimed.unwrap_or_else(|| Some(plain(u_direction)))
         };
         let from_surface = |s: crate::geometry::SurfacePoint, emission: &SurfaceEmission| {
             let at = Endpoint::Surface(s);
-            let direction = direction(&at, &|u| emission.sample_direction(s.ng, u));
-            EmittedRay { at, origin: s.p, direction }
+            let direction = direction(&at, &|u| emission.sample_direction(s.ng, u))?;
+            Some(EmittedRay { at, origin: s.p, direction })
         };
         let from_point = |p, plain: &dyn Fn(Vec2) -> Vec3| {
             let at = Endpoint::Point(p);
-            EmittedRay { at, origin: p, direction: direction(&at, plain) }
+            Some(EmittedRay { at, origin: p, direction: direction(&at, plain)? })
         };
-        let from_infinity = |direction: Vec3, disk: &SceneDisk| EmittedRay {
-            at: Endpoint::Infinite(-direction),
-            origin: disk.sample(direction, u_position),
-            direction,
+        let from_infinity = |direction: Vec3, disk: &SceneDisk| {
+            Some(EmittedRay {
+                at: Endpoint::Infinite(-direction),
+                origin: disk.sample(direction, u_position),
+                direction,
+            })
         };
-        Some(match self {
+        match self {
             Light::Mesh(l) => from_surface(l.sample_point(mesh(shapes, l.shape)?, u_position), &l.emission),
             Light::Sphere(l) => from_surface(l.sample_point(sphere(shapes, l.shape)?, u_position), &l.emission),
             Light::Point(l) => from_point(l.position, &PointLight::sample_direction),
             Light::Spot(l) => from_point(l.position, &|u| l.sample_direction(u)),
             Light::Directional(l) => from_infinity(l.direction, &l.disk),
             Light::Environment(l) => from_infinity(-Environment::sample_direction(u_direction), &l.disk),
-        })
+        }
     }
 
     /// `R_m` without the choice: per area on a surface, per solid angle for the environment, 1 for a
@@ -256,16 +254,17 @@ impl Light {
     /// Density of the emitted direction per solid angle; at infinity, of the ray's place per
     /// perpendicular area.
     #[inline]
-    pub(super) fn direction_density(&self, at: &Endpoint, direction: Vec3, aim: Option<(&Targets, f64)>) -> f64 {
+    pub(super) fn direction_density(&self, at: &Endpoint, direction: Vec3, aim: Option<(&Targets, f32)>) -> f64 {
         let plain = self.plain_direction_density(at, direction);
         let Some((targets, share)) = aim else { return plain };
-        let Some(sight) = self.sight(at) else { return plain };
+        let Some(reach) = self.reach(at) else { return plain };
         let from = at.position();
-        let total = targets.total(from, &sight);
+        let total = targets.total(from, &reach);
         if !(total > 0.0) {
             return plain;
         }
-        (1.0 - share) * plain + share * targets.density(from, &sight, total, direction)
+        let share = f64::from(share);
+        (1.0 - share) * plain + share * targets.density(from, &reach, total, direction)
     }
 
     #[inline]

@@ -203,6 +203,12 @@ impl Lights {
         Some(DirectSample { light: index, at, wi, incident, densities })
     }
 
+    /// Whether emission is aimed, and [`Lights::sample_emission`] needs its last number.
+    #[inline]
+    pub fn aims(&self) -> bool {
+        self.aim.is_some()
+    }
+
     /// Draws an emitted ray. `None` if it carries nothing.
     #[inline]
     pub fn sample_emission(
@@ -211,11 +217,12 @@ impl Lights {
         u_light: f32,
         u_position: Vec2,
         u_direction: Vec2,
+        u_aim: f32,
     ) -> Option<EmissionSample> {
         let index = self.choice.as_ref()?.sample(u_light);
         let light = &self.lights[index as usize];
         let aim = self.aim_of(index);
-        let EmittedRay { at, origin, direction } = light.sample_ray(shapes, u_position, u_direction, aim)?;
+        let EmittedRay { at, origin, direction } = light.sample_ray(shapes, u_position, u_direction, u_aim, aim)?;
 
         let emitted = light.emitted(&at, direction);
         let (position, direction_density) = self.emission_densities(index, &at, direction);
@@ -229,7 +236,7 @@ impl Lights {
         let beta = scale(emitted, cos / (position * direction_density));
         let densities =
             LightDensities { direct: 0.0, position, direction: direction_density, hittable: light.hittable() };
-        let plain = light.plain_direction_density(&at, direction) / direction_density;
+        let plain = aim.map_or(1.0, |_| light.plain_direction_density(&at, direction) / direction_density);
         Some(EmissionSample { light: index, at, origin, direction, beta, plain, densities })
     }
 
@@ -291,9 +298,9 @@ impl Lights {
 
     /// Where a light's emission goes more often, and what share of it.
     #[inline]
-    fn aim_of(&self, light: u32) -> Option<(&Targets, f64)> {
+    fn aim_of(&self, light: u32) -> Option<(&Targets, f32)> {
         let aim = self.aim.as_ref()?;
-        let share = f64::from(aim.share(light));
+        let share = aim.share(light);
         (share > 0.0).then_some((aim.targets(), share))
     }
 

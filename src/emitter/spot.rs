@@ -4,7 +4,7 @@
 //!
 //! Angles are kept as one minus their cosines, so that a narrow cone keeps its digits.
 
-use crate::geometry::Sight;
+use crate::geometry::Reach;
 use crate::math::{Frame, Rgb, warp};
 use glam::{DVec3, Vec2, Vec3};
 use std::f64::consts::PI;
@@ -73,8 +73,8 @@ impl SpotLight {
 
     /// What it lights.
     #[inline]
-    pub(super) fn sight(&self) -> Sight {
-        Sight::cone(self.axis, 1.0 - self.outer)
+    pub(super) fn reach(&self) -> Reach {
+        Reach::cone(self.axis, 1.0 - self.outer)
     }
 
     /// `1 - cos` of the angle between `direction` and the axis, from the length of their difference.

@@ -12,7 +12,7 @@ pub use mesh::Mesh;
 pub use ray::Ray;
 pub use sphere::Sphere;
 pub use surface::SurfacePoint;
-pub use targets::{Aim, Sight, Targets};
+pub use targets::{Aim, Reach, Targets};
 
 use crate::intersect::Hit;
 

@@ -8,12 +8,15 @@ use std::sync::Arc;
 /// Spheres at most: each is looked at for every density.
 const MOST: usize = 16;
 
+/// Things of which it is asked whether they are inside another.
+const NESTED: usize = 256;
+
 /// Longest side over shortest of a box that one sphere covers well enough.
 const COMPACT: f64 = 1.5;
 
 /// Squared sines of the half-angles of cones: narrower ones f32 directions do not resolve, wider ones are those
 /// of spheres around the place, or nearly.
-const SMALLEST: f64 = 1e-8;
+const SMALLEST: f64 = 1e-6;
 const LARGEST: f64 = 0.999;
 
 /// A sphere.
@@ -46,7 +49,7 @@ impl Bounds {
 }
 
 /// Spheres around things.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Targets(Vec<Target>);
 
 impl Targets {
@@ -59,13 +62,14 @@ impl Targets {
         };
         let all: Vec<Bounds> = things.into_iter().map(bounds).collect();
         // What is inside another box, like water in a glass, is aimed at with it; of equal boxes, the first is kept.
+        // Of very many, it would take too long to find out.
         let outer_of = |(i, b): (usize, &Bounds)| {
             let holds = |(j, other): (usize, &Bounds)| j != i && b.within(other) && (j < i || !other.within(b));
-            all.iter().enumerate().position(holds)
+            if all.len() > NESTED { None } else { all.iter().enumerate().position(holds) }
         };
         let mut outer = Vec::new();
         for (_, b) in all.iter().enumerate().filter(|&it| outer_of(it).is_none()) {
-            let inner = all.iter().filter(|other| other.within(b));
+            let inner = all.iter().filter(|other| all.len() <= NESTED && other.within(b));
             let reach = |radius: f64, other: &Bounds| radius.max(b.middle().distance(other.middle()) + other.radius);
             outer.push(Bounds { radius: inner.fold(b.radius, reach).min(Bounds::new(b.low, b.high).radius), ..*b });
         }
@@ -76,58 +80,54 @@ impl Targets {
         Targets(targets)
     }
 
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
-    }
-
-    /// Vectors from `from` to the centres of the spheres that are in sight, but not around it, with the squared
+    /// Vectors from `from` to the centres of the spheres that are in reach, but not around it, with the squared
     /// sines of the half-angles of their cones.
     #[inline]
-    fn seen(&self, from: DVec3, sight: &Sight) -> impl Iterator<Item = (DVec3, f64)> {
+    fn seen(&self, from: DVec3, reach: &Reach) -> impl Iterator<Item = (DVec3, f64)> {
         self.0.iter().filter_map(move |t| {
             let to = t.center - from;
             let sin2 = t.radius * t.radius / to.length_squared();
-            (sin2 < LARGEST && sin2 > SMALLEST && sight.has(to, t.radius)).then_some((to, sin2))
+            (sin2 < LARGEST && sin2 > SMALLEST && reach.has(to, t.radius)).then_some((to, sin2))
         })
     }
 
-    /// Sum of the squared sines, by which one of the cones is chosen: 0 where nothing is in sight.
+    /// Sum of the squared sines, by which one of the cones is chosen: 0 where nothing is in reach.
     #[inline]
-    pub fn total(&self, from: Vec3, sight: &Sight) -> f64 {
-        self.seen(from.as_dvec3(), sight).map(|(_, sin2)| sin2).sum()
+    pub fn total(&self, from: Vec3, reach: &Reach) -> f64 {
+        self.seen(from.as_dvec3(), reach).map(|(_, sin2)| sin2).sum()
     }
 
-    /// A direction in one of the cones.
-    pub fn sample(&self, from: Vec3, sight: &Sight, total: f64, u: Vec2) -> Option<Vec3> {
-        let mut left = f64::from(u.x) * total;
+    /// A direction in one of the cones, which `u_cone` chooses; `None` where rounding puts it outside, where its density
+    /// would be another.
+    pub fn sample(&self, from: Vec3, reach: &Reach, total: f64, u_cone: f32, u: Vec2) -> Option<Vec3> {
+        let mut left = f64::from(u_cone) * total;
         let mut chosen = None;
-        for (to, sin2) in self.seen(from.as_dvec3(), sight) {
-            chosen = Some((to, sin2, left / sin2));
-            if left < sin2 {
+        for (to, sin2) in self.seen(from.as_dvec3(), reach) {
+            chosen = Some((to, sin2));
+            left -= sin2;
+            if left < 0.0 {
                 break;
             }
-            left -= sin2;
         }
-        chosen.map(|(to, sin2, rest)| {
-            let u = Vec2::new((rest as f32).min(1.0 - f32::EPSILON), u.y);
-            let local = warp::cone(u, one_minus_cos(sin2) as f32);
-            Frame::around(to.normalize().as_vec3()).to_world(local).normalize()
-        })
+        let (to, sin2) = chosen?;
+        let local = warp::cone(u, one_minus_cos(sin2) as f32);
+        let direction = Frame::around(to.normalize().as_vec3()).to_world(local).normalize();
+        within(direction.as_dvec3().normalize(), to, sin2).then_some(direction)
     }
 
     /// Density of a unit direction per solid angle.
     #[inline]
-    pub fn density(&self, from: Vec3, sight: &Sight, total: f64, direction: Vec3) -> f64 {
+    pub fn density(&self, from: Vec3, reach: &Reach, total: f64, direction: Vec3) -> f64 {
         let (from, direction) = (from.as_dvec3(), direction.as_dvec3().normalize());
         let mut sum = 0.0;
         for t in &self.0 {
             let to = t.center - from;
+            // Most cones have not got it: their sines are left alone.
             let along = direction.dot(to);
             let (d2, r2) = (to.length_squared(), t.radius * t.radius);
-            if along > 0.0 && along * along > d2 - r2 {
+            if along > 0.0 && along * along > 0.999_999 * (d2 - r2) {
                 let sin2 = r2 / d2;
-                if sin2 < LARGEST && sin2 > SMALLEST && sight.has(to, t.radius) {
+                if sin2 < LARGEST && sin2 > SMALLEST && within(direction, to, sin2) && reach.has(to, t.radius) {
                     sum += sin2 / (2.0 * PI * one_minus_cos(sin2));
                 }
             }
@@ -136,28 +136,35 @@ impl Targets {
     }
 }
 
+/// Whether a unit direction is in the cone around `to` with that squared sine of its half-angle.
+#[inline]
+fn within(direction: DVec3, to: DVec3, sin2: f64) -> bool {
+    let along = direction.dot(to);
+    along > 0.0 && along * along >= to.length_squared() * (1.0 - sin2)
+}
+
 /// What a place can light: a cone, which may be half of space or all of it.
 #[derive(Clone, Copy, Debug)]
-pub struct Sight {
+pub struct Reach {
     axis: DVec3,
     sin: f64,
     cos: f64,
 }
 
-impl Sight {
+impl Reach {
     /// Everything.
-    pub const ALL: Sight = Sight { axis: DVec3::ZERO, sin: 1.0, cos: 0.0 };
+    pub const ALL: Reach = Reach { axis: DVec3::ZERO, sin: 1.0, cos: 0.0 };
 
     /// All above the plane with that normal.
     #[inline]
-    pub fn above(normal: Vec3) -> Sight {
-        Sight { axis: normal.as_dvec3(), ..Sight::ALL }
+    pub fn above(normal: Vec3) -> Reach {
+        Reach { axis: normal.as_dvec3(), ..Reach::ALL }
     }
 
     /// A cone around the unit vector `axis`, with the cosine of its half-angle, of at most 90 degrees.
     #[inline]
-    pub fn cone(axis: DVec3, cos: f64) -> Sight {
-        Sight { axis, sin: (1.0 - cos * cos).max(0.0).sqrt(), cos }
+    pub fn cone(axis: DVec3, cos: f64) -> Reach {
+        Reach { axis, sin: (1.0 - cos * cos).max(0.0).sqrt(), cos }
     }
 
     /// Whether a part of a sphere is in it, by the vector to the centre and the radius.
@@ -206,7 +213,7 @@ fn cover(boxes: &[Bounds], most: usize, targets: &mut Vec<Target>) {
     }
 }
 
-/// How often what leaves something numbered, a light or a surface, is sent toward targets.
+/// Targets, and how often light is sent toward them, by the number of the light or of the shape that it leaves.
 #[derive(Clone, Debug)]
 pub struct Aim {
     targets: Arc<Targets>,
@@ -214,12 +221,12 @@ pub struct Aim {
 }
 
 impl Aim {
-    /// By number, the shares that are aimed; below 1.
+    /// The shares, below 1, by number.
     pub fn new(targets: Arc<Targets>, shares: impl Into<Arc<[f32]>>) -> Aim {
         Aim { targets, shares: shares.into() }
     }
 
-    /// The share of something.
+    /// The share of a light or shape.
     #[inline]
     pub fn share(&self, of: u32) -> f32 {
         self.shares.get(of as usize).copied().unwrap_or(0.0)
@@ -275,7 +282,7 @@ mod tests {
         }
         let many = (0..1000).map(|i| (Vec3::splat(i as f32), Vec3::splat(i as f32 + 0.5), 9.0));
         assert!(Targets::new(many).0.len() <= MOST);
-        assert!(Targets::new([]).is_empty());
+        assert!(Targets::new([]).0.is_empty());
     }
 
     #[test]
@@ -296,23 +303,26 @@ mod tests {
         let n = 40_000;
         for scale in [1e-6f32, 1.0, 1e6] {
             let targets = Targets::new(things(scale));
-            let cone = Sight::cone(DVec3::new(0.6, 0.0, 0.8), 0.7);
-            let sights = [Sight::ALL, Sight::above(Vec3::new(0.0, 0.6, 0.8)), cone];
+            let cone = Reach::cone(DVec3::new(0.6, 0.0, 0.8), 0.7);
+            let reachs = [Reach::ALL, Reach::above(Vec3::new(0.0, 0.6, 0.8)), cone];
             let places = [Vec3::new(0.3, 3.0, 0.2), Vec3::new(0.1, 1.3, 0.2), Vec3::new(-9.0, 0.5, -20.0)];
-            for (k, (sight, place)) in sights.iter().flat_map(|s| places.map(|p| (s, p * scale))).enumerate() {
+            for (k, (reach, place)) in reachs.iter().flat_map(|s| places.map(|p| (s, p * scale))).enumerate() {
                 let mut s = random(10 + k as u64);
-                let total = targets.total(place, sight);
+                let total = targets.total(place, reach);
                 if total == 0.0 {
                     continue;
                 }
                 let mut sums = [[0.0f64; 2]; 2];
                 for _ in 0..n {
-                    let w = targets.sample(place, sight, total, s.next_2d()).expect("something in sight");
-                    let density = targets.density(place, sight, total, w);
-                    // Rounding may put a direction outside of its cone.
-                    let drawn = if density > 0.0 { g(w) / density } else { 0.0 };
+                    // Rounding puts a few directions outside of their cones, and these are lost.
+                    let w = targets.sample(place, reach, total, s.next_1d(), s.next_2d());
+                    let drawn = w.map_or(0.0, |w| {
+                        let density = targets.density(place, reach, total, w);
+                        assert!(density > 0.0, "{w} is in no cone");
+                        g(w) / density
+                    });
                     let w = warp::sphere(s.next_2d()).normalize();
-                    let inside = targets.density(place, sight, total, w) > 0.0;
+                    let inside = targets.density(place, reach, total, w) > 0.0;
                     let uniform = if inside { g(w) * 4.0 * PI } else { 0.0 };
                     for (sum, x) in sums.iter_mut().zip([drawn, uniform]) {
                         *sum = [sum[0] + x, sum[1] + x * x];
@@ -329,10 +339,27 @@ mod tests {
     }
 
     #[test]
+    fn small_and_far_things_keep_their_directions() {
+        const N: usize = 400_000;
+        let mut s = random(5);
+        for distance in [1e1f32, 1e2, 4e2] {
+            let targets = Targets::new([(Vec3::splat(-0.5), Vec3::splat(0.5), 0.5)]);
+            let from = Vec3::new(0.6, 0.0, 0.8) * distance;
+            let total = targets.total(from, &Reach::ALL);
+            let drawn = (0..N).filter(|_| {
+                let w = targets.sample(from, &Reach::ALL, total, s.next_1d(), s.next_2d());
+                w.inspect(|w| assert!(targets.density(from, &Reach::ALL, total, *w) > 0.0)).is_some()
+            });
+            let lost = N - drawn.count();
+            assert!(lost < N / 10_000, "{lost} of {N} from {distance} m");
+        }
+    }
+
+    #[test]
     fn from_inside_nothing_is_aimed_at() {
         let targets = Targets::new([(Vec3::splat(-1.0), Vec3::splat(1.0), 9.0)]);
-        assert_eq!(targets.total(Vec3::splat(0.2), &Sight::ALL), 0.0);
-        assert_eq!(targets.total(Vec3::Y * 5.0, &Sight::above(Vec3::Y)), 0.0);
-        assert!(targets.total(Vec3::Y * 5.0, &Sight::above(Vec3::NEG_Y)) > 0.0);
+        assert_eq!(targets.total(Vec3::splat(0.2), &Reach::ALL), 0.0);
+        assert_eq!(targets.total(Vec3::Y * 5.0, &Reach::above(Vec3::Y)), 0.0);
+        assert!(targets.total(Vec3::Y * 5.0, &Reach::above(Vec3::NEG_Y)) > 0.0);
     }
 }

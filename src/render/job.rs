@@ -9,7 +9,7 @@ use crate::integrator::{Contribution, Observer, Sample, Splat, light, path};
 use crate::pool;
 use crate::scene::World;
 use crate::transport::Tracer;
-use crate::transport::caustic::{CausticOptions, Check, GeometryTerm, LARGEST_TOLERANCE, WalkCount};
+use crate::transport::caustic::{CausticOptions, Check, GeometryTerm, LARGEST_AIM, LARGEST_TOLERANCE, WalkCount};
 use glam::Vec2;
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -294,10 +294,13 @@ pub(super) fn validate(world: &World, settings: &Settings) -> Result<(), RenderE
         let expected = format!("the scene has {} cameras", world.cameras.len());
         return RenderError::setting("camera", settings.camera, expected);
     }
-    let CausticOptions { geometry_term, check, walk, .. } = settings.caustic_options;
+    let CausticOptions { geometry_term, check, walk, aim, .. } = settings.caustic_options;
     if !(walk.tolerance > 0.0 && walk.tolerance <= LARGEST_TOLERANCE) {
         let expected = format!("more than 0, at most {LARGEST_TOLERANCE:e} radians was expected");
         return RenderError::setting("walk tolerance", walk.tolerance, expected);
+    }
+    if let Some(share) = aim.filter(|share| !(0.0..=LARGEST_AIM).contains(share)) {
+        return RenderError::setting("aim", share, format!("a share from 0 to {LARGEST_AIM} was expected"));
     }
     if check != Check::Exact && geometry_term != GeometryTerm::Direct {
         let why = "all but the exact check need the direct geometry term";
@@ -370,8 +373,8 @@ pub(super) fn tracer<'w>(world: &'w World, view: &View, settings: &Settings, pil
         && world.requirements.delta_lights
         && matches!(view.camera.endpoint(), Endpoint::Point(_));
     tracer.options = settings.caustic_options;
-    if !pilot.aim.none() {
-        tracer.aim_at_glass(&pilot.aim);
+    if let Some(aim) = &pilot.aim {
+        tracer.aim_at(aim);
     }
     tracer.experience = pilot.experience.clone();
     tracer
@@ -471,7 +474,7 @@ pub fn render(
     let statistics = &mut output.statistics;
     statistics.caustics = pilot.connects;
     statistics.forecast = pilot.forecast;
-    statistics.aimed = !pilot.aim.none();
+    statistics.aimed = pilot.aim.is_some();
     statistics.aim_forecast = pilot.aim_forecast;
     statistics.commit_seconds = world.commit_seconds;
     statistics.render_seconds = start.elapsed().as_secs_f64();

@@ -16,15 +16,15 @@ use super::job::{self, Cancel, Caustics, Forecast, Integrator, Settings};
 use crate::integrator::bdpt::{self, View};
 use crate::integrator::{Contribution, Observer, Sample};
 use crate::scene::World;
-use crate::transport::aim::{Shares, departures};
+use crate::transport::aim::{self, Aimed, CLASSES, departures};
 use crate::transport::caustic::AIM;
 use crate::transport::experience::Experience;
 use crate::transport::roulette::{self, Roulette};
 
 /// Samples, in groups. The median of their means counts, and the half of them that forecasts least: a few rare paths
 /// must not decide. Connections are then made on demo, where they pay, with eleven of twelve seeds, and on lumpy,
-/// where they do not, with none. They take a tenth of a second at most on the scenes here, twice if there is
-/// aiming to decide on.
+/// where they do not, with none. They take a tenth of a second at most on the scenes here; with aim to
+/// decide on they are drawn twice, and again if there will be any.
 const GROUPS: u32 = 16;
 const TYPICAL: usize = 8;
 const GROUP: u32 = 256;
@@ -34,8 +34,9 @@ const GROUP: u32 = 256;
 /// 0.5; water_glass 0.8, 0.7; demo 1.2 to 1.4, 1.2 to 1.4; frosted 2 to 3, 3.4; eye 2 to 13, 3.8; the others far above.
 const CONNECTIONS_WORTH: f64 = 1.0;
 
-/// Aim pays if it saves so many times what it adds: several techniques aim at the same path, and each counts as if it
-/// were alone. Measured: window 0.1, 1.0; eye 0, 0.9; figure4b 0.5, 0.9; frosted 1.7, 0.7; eye_small 3, 0.9; demo 5.5,
+/// Aim pays from a place if it saves so many times what it adds: light that is aimed from one place has the less to gain
+/// from aim at the next, and the half of the groups that counts knows little of the rest of the picture, which aim
+/// makes slower. Measured, of all places together: window 0.1, 1.0; eye 0, 0.9; figure4b 0.5, 0.9; frosted 1.7, 0.7; eye_small 3, 0.9; demo 5.5,
 /// 1.0; lumpy 7, 1.7; figure4a 16, 2.2; glass_sphere 20, 1.5; pane_sphere 40, 2.2; water_glass above 100, 3.5.
 const AIM_WORTH: f64 = 4.0;
 
@@ -45,8 +46,8 @@ const MOST: f64 = 1e6;
 /// What the samples tell the tracers of their render.
 #[derive(Clone, Debug)]
 pub(super) struct Pilot {
-    /// Shares of what light subpaths draw that are aimed at glass.
-    pub(super) aim: Shares,
+    /// The aim of light subpaths at glass, if there is any.
+    pub(super) aim: Option<Aimed>,
     /// For roulette on caustic connections; none if nothing asks for it.
     pub(super) experience: Experience,
     /// Whether caustic connections are made.
@@ -73,7 +74,7 @@ struct Moments {
 
 impl Moments {
     fn new() -> Moments {
-        Moments { light: 0.0, all: 0.0, unconnected: 0.0, unaimed: 0.0, unaimed_from: vec![0.0; Shares::COUNT] }
+        Moments { light: 0.0, all: 0.0, unconnected: 0.0, unaimed: 0.0, unaimed_from: vec![0.0; CLASSES] }
     }
 }
 
@@ -122,7 +123,7 @@ impl Samples {
         tracer.trials = threshold.map(|_| Vec::new());
         let pixels = u64::from(settings.width) * u64::from(settings.height);
         let mut sample = Sample::default();
-        let mut aimed = vec![0; Shares::COUNT];
+        let mut aimed = vec![0; CLASSES];
         let (mut means, mut moments) = (Vec::new(), Vec::new());
         for group in 0..GROUPS {
             let mut of_group = Moments::new();
@@ -159,13 +160,14 @@ impl Samples {
         more / all.max(f64::MIN_POSITIVE)
     }
 
-    /// The places from which aim pays, if it adds so much to the work.
-    fn worth_aiming(&self, share: f32, added: f64) -> Shares {
+    /// By class of places, whether aim pays from there, if all of it adds so much to the work.
+    fn worth_aiming(&self, added: f64) -> Vec<bool> {
         let all = self.aimed.iter().sum::<u64>().max(1) as f64;
-        Shares::new(|class| {
+        let pays = |class: usize| {
             let its = added.max(0.0) * self.aimed[class] as f64 / all;
-            if self.saved(|m| m.unaimed_from[class]) > AIM_WORTH * its { share } else { 0.0 }
-        })
+            self.saved(|m| m.unaimed_from[class]) > AIM_WORTH * its
+        };
+        (0..CLASSES).map(pays).collect()
     }
 }
 
@@ -195,29 +197,29 @@ pub(super) fn look(world: &World, view: &View, settings: &Settings, cancel: &Can
     let aims = world.requirements.caustics && (bidirectional || settings.integrator == Integrator::Light);
     let share = settings.caustic_options.aim.filter(|_| aims);
     let decides_aim = bidirectional && connects && settings.caustic_options.aim.is_none();
-    let with = |share: f32| {
-        let aim = Shares::new(|_| share);
-        Pilot { aim, experience: Experience::default(), connects, forecast: None, aim_forecast: None }
-    };
-    let mut pilot = with(if decides_aim { AIM } else { share.unwrap_or(0.0) });
+    let plain = Pilot { aim: None, experience: Experience::default(), connects, forecast: None, aim_forecast: None };
+    let share = if decides_aim { AIM } else { share.unwrap_or(0.0) };
+    let targets = if share > 0.0 { aim::glass(world) } else { Default::default() };
+    let aiming =
+        |share: &dyn Fn(usize) -> f32| Pilot { aim: Some(Aimed::new(world, &targets, share)), ..plain.clone() };
+    let mut pilot = if share > 0.0 { aiming(&|_| share) } else { plain.clone() };
     if !connects || !(decides || decides_aim || threshold(settings).is_some()) {
         return pilot;
     }
     let draw = |pilot: &Pilot| Samples::draw(world, view, settings, pilot, cancel);
     let Some(mut samples) = draw(&pilot) else { return pilot };
     if decides_aim {
-        let unaimed = with(0.0);
-        let Some(others) = draw(&unaimed) else { return pilot };
+        let Some(others) = draw(&plain) else { return pilot };
         let added = |s: &Samples| s.work[0] / others.work[0] - 1.0;
-        let worth = samples.worth_aiming(AIM, added(&samples));
-        let some = Pilot { aim: worth, ..pilot.clone() };
-        if !some.aim.none() {
-            let Some(chosen) = draw(&some) else { return some };
-            (pilot, samples) = (some, chosen);
+        let worth = samples.worth_aiming(added(&samples));
+        if worth.contains(&true) {
+            pilot = aiming(&|class| if worth[class] { share } else { 0.0 });
+            let Some(chosen) = draw(&pilot) else { return pilot };
+            samples = chosen;
             pilot.aim_forecast = Some(forecast(samples.saved(|m| m.unaimed), added(&samples)));
         } else {
             let of_all = forecast(samples.saved(|m| m.unaimed), added(&samples));
-            (pilot, samples) = (Pilot { aim_forecast: Some(of_all), ..unaimed }, others);
+            (pilot, samples) = (Pilot { aim_forecast: Some(of_all), ..plain }, others);
         }
     }
     if decides {

@@ -51,6 +51,14 @@ impl Lobe {
         !matches!(self, Lobe::Mirror(_) | Lobe::SmoothDielectric(_) | Lobe::SmoothThin(_))
     }
 
+    /// Whether light crosses the surface.
+    pub(super) fn transmits(&self) -> bool {
+        match self {
+            Lobe::SmoothDielectric(_) | Lobe::RoughDielectric(_) | Lobe::SmoothThin(_) | Lobe::RoughThin(_) => true,
+            Lobe::Lambert(_) | Lobe::CoatedLambert(_) | Lobe::Mirror(_) | Lobe::RoughConductor(_) => false,
+        }
+    }
+
     #[inline]
     pub(super) fn sample(
         &self,

@@ -145,6 +145,11 @@ impl Bsdf {
         self.has_delta
     }
 
+    /// Whether all that it does is reflection that connections may evaluate.
+    pub fn reflects_only(&self) -> bool {
+        self.connectable && self.mixture.lobes().all(|lobe| lobe.connectable() && !lobe.transmits())
+    }
+
     /// The refraction that walks lead through, if there is one: smooth, or of [`Bsdf::walked`]. A thin sheet
     /// bends nothing.
     #[inline]

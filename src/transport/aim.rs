@@ -5,9 +5,11 @@
 
 use super::Tracer;
 use super::vertex::{LightVertex, Vertex};
-use crate::geometry::{Aim, Sight, SurfacePoint, Targets};
+use crate::emitter::Lights;
+use crate::geometry::{Aim, Reach, SurfacePoint, Targets};
 use crate::math::Rgb;
 use crate::scatter::{BsdfSample, Evaluation, TransportMode};
+use crate::scene::World;
 use glam::{Vec2, Vec3};
 use std::sync::Arc;
 
@@ -15,68 +17,73 @@ use std::sync::Arc;
 const LIGHTS: usize = 64;
 const SHAPES: usize = 448;
 
-/// For each class of places that light subpaths leave from, the share that is aimed.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Shares(Box<[f32]>);
+/// Classes of places.
+pub const CLASSES: usize = LIGHTS + SHAPES;
 
-impl Shares {
-    /// Classes.
-    pub const COUNT: usize = LIGHTS + SHAPES;
+fn of_light(light: u32) -> usize {
+    light as usize % LIGHTS
+}
 
-    /// By class.
-    pub fn new(share: impl Fn(usize) -> f32) -> Shares {
-        Shares((0..Shares::COUNT).map(share).collect())
-    }
+fn of_shape(shape: u32) -> usize {
+    LIGHTS + shape as usize % SHAPES
+}
 
-    /// Whether nothing is aimed.
-    pub fn none(&self) -> bool {
-        self.0.iter().all(|share| *share == 0.0)
-    }
+/// The glass of a scene, as a target.
+pub fn glass(world: &World) -> Arc<Targets> {
+    let glass = world.walked.as_ref().map_or(&world.refractors, |w| &w.refractors);
+    Arc::new(Targets::new(glass.iter().map(|r| (r.low, r.high, r.radius))))
+}
 
-    fn of_light(&self, light: u32) -> f32 {
-        self.0[light as usize % LIGHTS]
-    }
+/// The aim of a render's light subpaths.
+#[derive(Clone, Debug)]
+pub struct Aimed {
+    /// All lights, with their emission aimed.
+    pub lights: Arc<Lights>,
+    /// The aim from surfaces, by shape.
+    pub surfaces: Aim,
+}
 
-    fn of_shape(&self, shape: u32) -> f32 {
-        self.0[LIGHTS + shape as usize % SHAPES]
+impl Aimed {
+    /// At targets, from each class of places with a share of its own: from lights, and from surfaces that do nothing
+    /// but reflect in a way that connections may evaluate.
+    pub fn new(world: &World, targets: &Arc<Targets>, share: impl Fn(usize) -> f32) -> Aimed {
+        let lights = (0..world.lights.len() as u32).map(|light| share(of_light(light)));
+        let shapes = (0..).zip(&world.shape_material).map(|(shape, material)| {
+            if world.bsdfs[*material as usize].reflects_only() { share(of_shape(shape)) } else { 0.0 }
+        });
+        Aimed {
+            lights: Arc::new(world.lights.aimed(Aim::new(targets.clone(), lights.collect::<Vec<_>>()))),
+            surfaces: Aim::new(targets.clone(), shapes.collect::<Vec<_>>()),
+        }
     }
 }
 
 /// The vertices of a light subpath, each with the class of the place before it and the density with which it would have
 /// been drawn there without aim, over that with it.
 pub fn departures<'a>(start: &LightVertex, vertices: &'a [Vertex]) -> impl Iterator<Item = (usize, f64)> + use<'a> {
-    let mut place = (start.light as usize % LIGHTS, 1.0);
+    let mut place = (of_light(start.light), 1.0);
     vertices.iter().map(move |v| {
         let (class, before) = place;
-        place = (LIGHTS + v.at.shape as usize % SHAPES, v.plain);
+        place = (of_shape(v.at.shape), v.plain);
         (class, v.plain / before)
     })
 }
 
 impl Tracer<'_> {
-    /// Aims shares of what light subpaths draw, at lights and at surfaces that reflect and are not smooth.
-    pub fn aim_at_glass(&mut self, by_class: &Shares) {
-        let world = self.world;
-        let glass = world.walked.as_ref().map_or(&world.refractors, |w| &w.refractors);
-        let targets = Arc::new(Targets::new(glass.iter().map(|r| (r.low, r.high, r.radius))));
-        let shares = (0..).zip(&world.shape_material).map(|(shape, m)| {
-            let bsdf = &world.bsdfs[*m as usize];
-            let reflects = bsdf.connectable() && !bsdf.has_delta() && bsdf.media().is_none();
-            if reflects { by_class.of_shape(shape) } else { 0.0 }
-        });
-        let of_lights = (0..world.lights.len() as u32).map(|light| by_class.of_light(light));
-        self.lights = Arc::new(world.lights.aimed(Aim::new(targets.clone(), of_lights.collect::<Vec<_>>())));
-        self.aim = Some(Aim::new(targets, shares.collect::<Vec<_>>()));
+    /// Aims the light subpaths.
+    pub fn aim_at(&mut self, aimed: &Aimed) {
+        self.lights = aimed.lights.clone();
+        self.aim = Some(aimed.surfaces.clone());
     }
 
     /// For a new vertex: [`Vertex::aimed`] and [`Vertex::toward`].
     #[inline]
     pub(super) fn aimed(&self, at: &SurfacePoint, wo: Vec3, mode: TransportMode) -> (f64, f64) {
         let Some(aim) = self.aim.as_ref().filter(|aim| aim.share(at.shape) > 0.0) else { return (0.0, 0.0) };
-        let sight = sight(at, wo);
-        let aimed = aim.targets().total(at.p, &sight);
+        let reach = reach(at, wo);
+        let aimed = aim.targets().total(at.p, &reach);
         let back = mode == TransportMode::Radiance && aimed > 0.0;
-        (aimed, if back { aim.targets().density(at.p, &sight, aimed, wo) } else { 0.0 })
+        (aimed, if back { aim.targets().density(at.p, &reach, aimed, wo) } else { 0.0 })
     }
 
     /// Scattering at a vertex between its `wo` and `w`, with the densities of this tracer's subpaths.
@@ -100,7 +107,7 @@ impl Tracer<'_> {
     #[inline]
     fn mixed(&self, at: &SurfacePoint, wo: Vec3, aimed: f64, w: Vec3, plain: f32) -> f32 {
         let Some(aim) = &self.aim else { return plain };
-        mix(aim.share(at.shape), plain, aim.targets().density(at.p, &sight(at, wo), aimed, w))
+        mix(aim.share(at.shape), plain, aim.targets().density(at.p, &reach(at, wo), aimed, w))
     }
 
     /// Draws the continuation of a light subpath; beside it, its density without aim over that with it.
@@ -116,7 +123,7 @@ impl Tracer<'_> {
         let (bsdf, mode) = (self.bsdf(at.shape), TransportMode::Importance);
         let share = aim.share(at.shape);
         let sample = if u_lobe < share {
-            let wi = aim.targets().sample(at.p, &sight(at, wo), aimed, u)?;
+            let wi = aim.targets().sample(at.p, &reach(at, wo), aimed, u_lobe / share, u)?;
             let e = bsdf.evaluate(at, wo, wi, mode);
             if !(e.pdf > 0.0) {
                 return None;
@@ -139,6 +146,6 @@ fn mix(share: f32, plain: f32, toward: f64) -> f32 {
 
 /// The side of `wo`.
 #[inline]
-fn sight(at: &SurfacePoint, wo: Vec3) -> Sight {
-    Sight::above(at.ng * 1f32.copysign(at.ng.dot(wo)))
+fn reach(at: &SurfacePoint, wo: Vec3) -> Reach {
+    Reach::above(at.ng * 1f32.copysign(at.ng.dot(wo)))
 }

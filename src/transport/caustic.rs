@@ -78,6 +78,9 @@ pub const HURRIED: u32 = 24;
 /// Share that is aimed at glass, where any is. The error of caustics at equal time is about the same from 0.3 to 0.75.
 pub const AIM: f32 = 0.5;
 
+/// Largest share that may be aimed: what goes elsewhere would be all noise.
+pub const LARGEST_AIM: f32 = 0.95;
+
 /// How caustic connections are made and weighed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CausticOptions {
@@ -97,8 +100,9 @@ pub struct CausticOptions {
     pub further: f32,
     /// Which connections are tried.
     pub roulette: Roulette,
-    /// Share of what light subpaths draw at lights and at surfaces that is aimed at glass, below 1; 0 for none. By
-    /// default [`AIM`] where a few samples before the render forecast that it pays.
+    /// Share of what light subpaths draw at lights and at surfaces that is aimed at glass, at most [`LARGEST_AIM`]; 0
+    /// for none. By default [`AIM`] where a few samples before the render forecast that it pays, unless connections
+    /// are switched off. For bidirectional path tracing and, on demand, light tracing.
     pub aim: Option<f32>,
 }
 

@@ -61,7 +61,8 @@ impl Tracer<'_> {
     ) -> Option<Attempt> {
         let class = class(places);
         let straight = straight.map_or(0.0, |s| s.weighted.max_element());
-        let (steps, work) = (self.walks.iterations, self.walk_work());
+        let steps = self.walks.iterations;
+        let work = if self.trials.is_some() { self.walk_work() } else { 0.0 };
         let attempt = |scale| Some(Attempt { scale, class, straight, steps, work });
         let probability = match self.options.roulette {
             Roulette::Off => 1.0,
@@ -82,7 +83,7 @@ impl Tracer<'_> {
     /// Notes, if anybody asked for it, what came of an attempt whose straight line was not free.
     #[inline]
     pub(super) fn learn(&mut self, attempt: &Attempt) {
-        let work = self.walk_work();
+        let work = if self.trials.is_some() { self.walk_work() } else { 0.0 };
         if let Some(trials) = &mut self.trials {
             let found = self.joined.iter().map(|j| j.weighted.max_element()).sum();
             let steps = self.walks.iterations - attempt.steps;
@@ -91,8 +92,8 @@ impl Tracer<'_> {
         }
     }
 
-    /// Work of all walks so far, in that of one of the other rays with all that it brings: about 0.25 microseconds,
-    /// of which a step takes 0.5, a ray of a walk 0.35 and the rest of a walk 1.0 (fitted to the walks of all scenes).
+    /// Work of all walks so far, in units of one of the other rays with all that it brings. Fitted to the walks of all
+    /// scenes: a step takes 0.5 microseconds, a ray of a walk 0.35, the rest of a walk 1.0, another ray 0.25.
     pub fn walk_work(&self) -> f64 {
         2.0 * self.walks.iterations as f64 + 1.5 * self.rays.walk as f64 + 4.0 * self.walks.total() as f64
     }

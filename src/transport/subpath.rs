@@ -238,8 +238,9 @@ impl<'w> Tracer<'w> {
         }
         let u_light = sampler.next_1d();
         let (u_position, u_direction) = (sampler.next_2d(), sampler.next_2d());
+        let u_aim = if self.lights.aims() { sampler.next_1d() } else { 0.0 };
         let shapes = &self.world.shapes;
-        let Some(sample) = self.lights.sample_emission(shapes, u_light, u_position, u_direction) else {
+        let Some(sample) = self.lights.sample_emission(shapes, u_light, u_position, u_direction, u_aim) else {
             return;
         };
         let back = matches!(&sample.at, Endpoint::Surface(at) if at.ng.dot(sample.direction) < 0.0);

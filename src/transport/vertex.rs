@@ -25,7 +25,7 @@ pub struct Vertex {
     pub segments: u32,
     /// Medium on the side of `wo`.
     pub medium: MediumId,
-    /// Solid angle of the glass that light is aimed at from here; 0 where it is not.
+    /// [`crate::geometry::Targets::total`] of the glass that light is aimed at from here; 0 where it is not.
     pub aimed: f64,
     /// Of a light subpath's vertex: density with which it would be drawn without any aim, over that with it.
     pub plain: f64,

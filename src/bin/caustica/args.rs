@@ -5,7 +5,7 @@ use caustica::intersect::Backend;
 use caustica::manifold::MAX_STARTS;
 use caustica::render::job::{Caustics, Integrator, Settings};
 use caustica::scene::description::Camera;
-use caustica::transport::caustic::{CausticOptions, Check, GeometryTerm};
+use caustica::transport::caustic::{CausticOptions, Check, GeometryTerm, LARGEST_AIM};
 use caustica::transport::roulette::Roulette;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -177,8 +177,8 @@ pub(crate) struct Connections {
     /// evaluated, unless there are delta lights; 0: smooth refraction alone [default: the material's own]
     #[arg(long, value_name = "R", value_parser = unit)]
     pub(crate) walked_roughness: Option<f32>,
-    /// Share of what light subpaths draw at lights and surfaces that is aimed at glass; 0: none [default: 0.5 where
-    /// a few samples forecast that it pays]
+    /// Share of what light subpaths draw at lights and surfaces that is aimed at glass, for bdpt and light; 0: none
+    /// [default: for bdpt with --caustics auto or on, 0.5 where a few samples forecast that it pays]
     #[arg(long, value_name = "P", value_parser = share)]
     pub(crate) aim: Option<f32>,
     /// Most steps of a walk [default: 64 to lights that cannot be hit, else 24]
@@ -387,7 +387,8 @@ fn probability(text: &str) -> Result<f32, String> {
 }
 
 fn share(text: &str) -> Result<f32, String> {
-    text.parse::<f32>().ok().filter(|x| (0.0..1.0).contains(x)).ok_or_else(|| "expected 0 or more, below 1".into())
+    let share = text.parse::<f32>().ok().filter(|x| (0.0..=LARGEST_AIM).contains(x));
+    share.ok_or_else(|| format!("expected 0 to {LARGEST_AIM}"))
 }
 
 fn finite(text: &str) -> Result<f32, String> {

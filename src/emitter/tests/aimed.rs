@@ -67,7 +67,7 @@ fn light_from_infinity_is_not_aimed() {
         for _ in 0..100 {
             let [a, b] = [&aimed, &scene.lights].map(|lights| {
                 let s = &mut numbers[usize::from(std::ptr::eq(lights, &aimed))];
-                lights.sample_emission(&scene.shapes, s.next_1d(), s.next_2d(), s.next_2d()).expect("a ray")
+                lights.sample_emission(&scene.shapes, s.next_1d(), s.next_2d(), s.next_2d(), 0.1).expect("a ray")
             });
             assert_eq!((a.origin, a.direction, a.densities), (b.origin, b.direction, b.densities), "{name}");
         }

@@ -63,7 +63,8 @@ impl Scene {
     }
 
     pub(super) fn emission(&self, random: &mut Sampler) -> Option<EmissionSample> {
-        self.lights.sample_emission(&self.shapes, random.next_1d(), random.next_2d(), random.next_2d())
+        let (u_light, u_position, u_direction) = (random.next_1d(), random.next_2d(), random.next_2d());
+        self.lights.sample_emission(&self.shapes, u_light, u_position, u_direction, random.next_1d())
     }
 
     /// The light vertices that the half-line from `from` meets, in f64 and by no code of the renderer's:
