@@ -21,22 +21,21 @@ use crate::transport::caustic::AIM;
 use crate::transport::experience::Experience;
 use crate::transport::roulette::{self, Roulette};
 
-/// Samples, in groups. The median of their means counts, and the half of them that forecasts least: a few rare paths
-/// must not decide. Connections are then made on demo, where they pay, with eleven of twelve seeds, and on lumpy,
-/// where they do not, with none. They take a tenth of a second at most on the scenes here; with aim to
-/// decide on they are drawn twice, and again if there will be any.
+/// Samples, in groups. The median of their means counts, and the ten of them that forecast least: a few rare paths must
+/// not decide. Connections are then made on demo, where they pay, with eight of eight seeds, and on lumpy, where they
+/// do not, with none; with eight groups, not always on demo, with twelve, sometimes on lumpy. They take a tenth of a
+/// second at most on the scenes here; with aim to decide on they are drawn twice, and again if there will be any.
 const GROUPS: u32 = 16;
-const TYPICAL: usize = 8;
+const TYPICAL: usize = 10;
 const GROUP: u32 = 256;
 
 /// Caustic connections pay if they save more of the caustics' variance than they add to the work. Measured (variance
 /// saved over work added; error of the caustics at equal time, without them over with): figure4a 0.02, 0.5; lumpy 0.01,
-/// 0.5; water_glass 0.8, 0.7; demo 1.2 to 1.4, 1.2 to 1.4; frosted 2 to 3, 3.4; eye 2 to 13, 3.8; the others far above.
+/// 0.5; water_glass 0.9, 0.7; demo 1.1 to 7, 1.2 to 1.4; frosted 2.4 to 4, 3.4; eye 7 to 13, 3.8; the others far above.
 const CONNECTIONS_WORTH: f64 = 1.0;
 
 /// Aim pays from a place if it saves so many times what it adds: light that is aimed from one place has the less to gain
-/// from aim at the next, and the half of the groups that counts knows little of the rest of the picture, which aim
-/// makes slower. Measured, of all places together: window 0.1, 1.0; eye 0, 0.9; figure4b 0.5, 0.9; frosted 1.7, 0.7; eye_small 3, 0.9; demo 5.5,
+/// from aim at the next, and aim makes the rest of the picture slower. Measured, of all places together: window 0.1, 1.0; eye 0, 0.9; figure4b 0.5, 0.9; frosted 1.7, 0.7; eye_small 3, 0.9; demo 5.5,
 /// 1.0; lumpy 7, 1.7; figure4a 16, 2.2; glass_sphere 20, 1.5; pane_sphere 40, 2.2; water_glass above 100, 3.5.
 const AIM_WORTH: f64 = 4.0;
 
