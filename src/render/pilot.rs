@@ -35,8 +35,9 @@ const GROUP: u32 = 256;
 const CONNECTIONS_WORTH: f64 = 1.0;
 
 /// Aim pays from a place if it saves so many times what it adds: light that is aimed from one place has the less to gain
-/// from aim at the next, and aim makes the rest of the picture slower. Measured, of all places together: window 0.1, 1.0; eye 0, 0.9; figure4b 0.5, 0.9; frosted 1.7, 0.7; eye_small 3, 0.9; demo 5.5,
-/// 1.0; lumpy 7, 1.7; figure4a 16, 2.2; glass_sphere 20, 1.5; pane_sphere 40, 2.2; water_glass above 100, 3.5.
+/// from aim at the next, and aim makes the rest of the picture slower. Measured, of all places together: window 0.1, 1.0;
+/// eye 0, 0.9; figure4b 0.5, 0.9; frosted 1.7, 0.7; eye_small 3, 0.9; demo 5.5, 1.0; lumpy 7, 1.7; figure4a 16, 2.8;
+/// glass_sphere 20, 1.5; pane_sphere 40, 2.2; water_glass above 100, 4.
 const AIM_WORTH: f64 = 4.0;
 
 /// Largest `1/(1 - w)`: a path that nothing else finds counts a million times.
