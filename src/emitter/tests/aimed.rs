@@ -6,7 +6,7 @@ use std::sync::Arc;
 /// Rays of each.
 const N: usize = 200_000;
 
-/// Standard errors that are allowed between the two, of 24 means: by chance in one of 3000 runs.
+/// Standard errors that are allowed between the two, of 24 means: by chance in one of 6000 runs.
 const LIMIT: f64 = 4.5;
 
 fn targets() -> Arc<Targets> {
