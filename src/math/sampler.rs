@@ -79,6 +79,16 @@ pub fn pixel_position(seed: u64, pixel: u32, sample: u32) -> Vec2 {
     Vec2::new(coordinate(shift, STEP[0]), coordinate(shift >> 32, STEP[1]))
 }
 
+/// How many of something a sample of a pixel has, if a sample has `number` on average: with successive samples as evenly as
+/// can be, shifted at random for each pixel.
+#[inline]
+pub fn number_of_sample(number: f64, seed: u64, pixel: u32, sample: u32) -> u64 {
+    let step = (number * (1u64 << 32) as f64) as u64;
+    let shift = mix(mix(!seed ^ GOLDEN).wrapping_add(pixel as u64)) >> 32;
+    let before = shift.wrapping_add(step.wrapping_mul(sample.into()));
+    (before.wrapping_add(step) >> 32).wrapping_sub(before >> 32) & 0xffff_ffff
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
