@@ -231,8 +231,8 @@ impl Observer for Check<'_> {
         let shares = path.shares();
         let sum: f64 = shares.iter().sum();
         // Without light subpath: by next-event estimation or by running into the light.
-        let unlit: f64 = shares.iter().rev().take(2).sum();
-        let errors = [c.weight - shares[technique], sum - 1.0, c.unlit - unlit];
+        let camera_only: f64 = shares.iter().rev().take(2).sum();
+        let errors = [c.weight - shares[technique], sum - 1.0, c.camera_only - camera_only];
         let error = errors.iter().fold(0.0, |worst: f64, e| if e.is_nan() { *e } else { worst.max(e.abs()) });
         self.paths += 1;
         self.with_chain += usize::from(path.edges.iter().any(|e| e.0.chain > 0));
@@ -241,8 +241,10 @@ impl Observer for Check<'_> {
         if !(error <= self.worst) {
             self.worst = error;
             let (own, share) = (c.weight, shares[technique]);
-            self.worst_at =
-                format!("s = {}, t = {}: weight {own} but share {share}; s <= 1 {} but {unlit}", c.s, c.t, c.unlit);
+            self.worst_at = format!(
+                "s = {}, t = {}: weight {own} but share {share}; s <= 1 {} but {camera_only}",
+                c.s, c.t, c.camera_only
+            );
         }
     }
 }

@@ -41,7 +41,7 @@ pub struct Contribution<'a> {
     /// Its weight.
     pub weight: f64,
     /// Weight of all techniques that need no light subpath (s <= 1) together.
-    pub unlit: f64,
+    pub camera_only: f64,
     /// What it adds to the image. Finite also where the value is infinite and the weight zero.
     pub weighted: Rgb,
     /// Connectable vertices from the camera, without the camera's own; see [`on_path`].
@@ -65,7 +65,7 @@ impl<'a> Contribution<'a> {
             pixel,
             value: hit.value,
             weight: hit.weight,
-            unlit: hit.unlit,
+            camera_only: hit.camera_only,
             weighted: hit.value * hit.weight as f32,
             camera,
             light: &[],
@@ -90,7 +90,7 @@ impl<'a> Contribution<'a> {
             pixel,
             value: joined.value,
             weight: joined.weight,
-            unlit: joined.unlit,
+            camera_only: joined.camera_only,
             weighted: joined.weighted,
             camera,
             light,

@@ -61,7 +61,7 @@ struct Path {
     /// What it adds to the image.
     added: f64,
     weight: f64,
-    unlit: f64,
+    camera_only: f64,
     caustic: bool,
     connected: bool,
     /// Density of its light subpath without aim, over that with it.
@@ -94,6 +94,12 @@ impl Paths<'_> {
         self.light = 0.0;
     }
 
+    fn block(&self, pixel: u32) -> usize {
+        let View { width, height, .. } = *self.view;
+        let along = |i: u32, n: u32| (u64::from(i) * u64::from(BLOCKS) / u64::from(n)) as usize;
+        along(pixel / width, height) * BLOCKS as usize + along(pixel % width, width)
+    }
+
     /// Of each group.
     pub(super) fn moments(&self) -> Vec<Moments> {
         let floor = (FLOOR * self.blocks.iter().sum::<f64>() / self.blocks.len() as f64).powi(2);
@@ -103,7 +109,7 @@ impl Paths<'_> {
             let added = path.added * path.added / (self.blocks[path.block].powi(2) + floor);
             let divided = |added: f64, remaining: f64| added / remaining.max(1.0 / MOST);
             for (sum, number) in m.by_number[usize::from(!path.caustic)].iter_mut().zip(NUMBERS) {
-                *sum += divided(added, path.unlit + number * (1.0 - path.unlit));
+                *sum += divided(added, path.camera_only + number * (1.0 - path.camera_only));
             }
             if !path.caustic {
                 continue;
@@ -126,9 +132,7 @@ impl Observer for Paths<'_> {
         if !added.is_finite() || (c.camera.is_empty() && c.light.is_empty()) {
             return;
         }
-        let View { width, height, .. } = *self.view;
-        let along = |i: u32, n: u32| (u64::from(i) * u64::from(BLOCKS) / u64::from(n)) as usize;
-        let block = along(c.pixel / width, height) * BLOCKS as usize + along(c.pixel % width, width);
+        let block = self.block(c.pixel);
         self.light += added;
         self.blocks[block] += f64::from(added);
         let (caustic, direct) = (c.is_caustic(), c.s + c.t <= 3);
@@ -142,11 +146,66 @@ impl Observer for Paths<'_> {
             block,
             added: added.into(),
             weight: c.weight,
-            unlit: c.unlit,
+            camera_only: c.camera_only,
             caustic,
             connected: c.chain.is_some(),
             plain: c.light.last().map_or(1.0, |vertex| vertex.plain),
             departures: before..self.departures.len(),
         });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::Camera;
+    use crate::scene::description;
+    use glam::DAffine3;
+
+    /// One path in each pixel of a group, one of them brighter; by two techniques in turn, as their weights are equal.
+    fn moments(brightest: f64) -> Moments {
+        let camera = description::Camera {
+            name: String::new(),
+            transform: DAffine3::IDENTITY,
+            projection: description::Projection::Perspective { yfov: 1.0 },
+        };
+        let (width, height) = (64, 48);
+        let view = View { camera: Camera::new(&camera, width, height), medium: 0, width, height };
+        let mut paths = Paths::new(&view);
+        paths.begin_group();
+        for pixel in 0..width * height {
+            paths.paths.push(Path {
+                group: 0,
+                block: paths.block(pixel),
+                added: if pixel == 777 { brightest } else { 1.0 },
+                weight: 0.5,
+                camera_only: 0.6,
+                caustic: true,
+                connected: pixel % 2 == 0,
+                plain: if pixel % 2 == 0 { 0.25 } else { 1.0 },
+                departures: 0..0,
+            });
+            let path = &paths.paths[pixel as usize];
+            paths.blocks[path.block] += path.added;
+        }
+        paths.moments().remove(0)
+    }
+
+    #[test]
+    fn a_bright_path_counts_no_more_than_its_block() {
+        // Each of 256 blocks has 12 paths, so that each path adds 1/12² over 1 + FLOOR²; one alone adds at most 1.
+        let (even, bright) = (moments(1.0).all, moments(1e6).all);
+        assert!((even - 256.0 / 12.0 / (1.0 + FLOOR * FLOOR)).abs() < 1e-9, "{even}");
+        assert!(bright < even, "{bright} instead of {even}");
+    }
+
+    #[test]
+    fn what_is_left_out_adds_what_its_weight_says() {
+        let m = moments(1.0);
+        assert!((m.unconnected / m.all - 1.0).abs() < 1e-9, "half of the density: twice the moment");
+        assert!((m.unaimed / m.all - (1.0 / 0.625 - 1.0)).abs() < 1e-9, "a quarter of a half of it");
+        let [caustics, others] = m.by_number;
+        assert!((caustics[3] / caustics[0] - 1.0 / (0.6 + 0.4 / 8.0)).abs() < 1e-9, "an eighth of 0.4 of it");
+        assert_eq!(others, [0.0; 4]);
     }
 }

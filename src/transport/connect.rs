@@ -24,7 +24,7 @@ pub struct Joined {
     /// Balance-heuristic weight of the technique.
     pub weight: f64,
     /// Weight of all techniques that need no light subpath (s <= 1) together.
-    pub unlit: f64,
+    pub camera_only: f64,
     /// Their product. Finite also at a caustic, where the value is infinite and the weight zero.
     pub weighted: Rgb,
     /// The chain that a caustic connection went through.
@@ -36,11 +36,11 @@ pub struct Joined {
 }
 
 impl Joined {
-    fn regular(value: Rgb, weight: f64, unlit: f64) -> Joined {
+    fn regular(value: Rgb, weight: f64, camera_only: f64) -> Joined {
         Joined {
             value,
             weight,
-            unlit,
+            camera_only,
             weighted: value * weight as f32,
             chain: None,
             densities: None,
@@ -50,7 +50,7 @@ impl Joined {
 
     /// From the value without its factor `J`, and the densities of this technique, `own`, and of all
     /// others together, over `J` as it enters the weights.
-    fn caustic(value: Rgb, cos_b: f64, own: f64, others: f64, unlit: f64, chain: &CausticEdge) -> Joined {
+    fn caustic(value: Rgb, cos_b: f64, own: f64, others: f64, camera_only: f64, chain: &CausticEdge) -> Joined {
         let scale = |x: f64| (value.as_dvec3() * x).as_vec3();
         let own_here = own * chain.weight_inverse_jacobian / cos_b;
         // Exactly 1 with the exact term, also at a caustic.
@@ -62,7 +62,7 @@ impl Joined {
         Joined {
             value: scale(cos_b / chain.inverse_jacobian),
             weight: own_here / (own_here + others),
-            unlit: unlit / (own_here + others),
+            camera_only: camera_only / (own_here + others),
             weighted: scale(off * own / (own_here + others)),
             chain: Some(*chain),
             densities: None,
@@ -148,9 +148,9 @@ impl Tracer<'_> {
         let emission = d.position * d.direction * to_a * remainder;
         let hit = if d.hittable { scattering.pdf as f64 * to_light } else { 0.0 };
         let weight = weight::next_event(1.0, d.direct, emission, hit);
-        let unlit = weight * (1.0 + hit / d.direct);
+        let camera_only = weight * (1.0 + hit / d.direct);
         let vertex = LightVertex { light: light.light, at: light.at, densities: *d };
-        Some((Joined::regular(value, weight, unlit), vertex, ray))
+        Some((Joined::regular(value, weight, camera_only), vertex, ray))
     }
 
     /// Connection of camera vertex `i` with light vertex `j`.
@@ -220,8 +220,8 @@ impl Tracer<'_> {
         let to_light = at_a.pdf as f64 * cos_b;
         let light_side = to_light * b.partial.at(at_b.pdf_reverse as f64);
         let weight = weight::connection(self.light_subpaths, camera_side, light_side);
-        let unlit = weight * to_light * b.unlit.at(at_b.pdf_reverse as f64) / self.light_subpaths;
-        Some((Joined::regular(value, weight, unlit), Ray::between(&a.at, &b.at)))
+        let camera_only = weight * to_light * b.camera_only.at(at_b.pdf_reverse as f64) / self.light_subpaths;
+        Some((Joined::regular(value, weight, camera_only), Ray::between(&a.at, &b.at)))
     }
 
     /// Connection of light vertex `j` with the camera: the light image's share.
@@ -276,8 +276,8 @@ impl Tracer<'_> {
         }
         let light_side = forward * b.partial.at(scattering.pdf_reverse as f64);
         let weight = weight::connection(self.light_subpaths, 0.0, light_side);
-        let unlit = weight * forward * b.unlit.at(scattering.pdf_reverse as f64) / self.light_subpaths;
-        let joined = Joined { raster: seen.raster, ..Joined::regular(value, weight, unlit) };
+        let camera_only = weight * forward * b.camera_only.at(scattering.pdf_reverse as f64) / self.light_subpaths;
+        let joined = Joined { raster: seen.raster, ..Joined::regular(value, weight, camera_only) };
         Some((joined, Ray::to_point(&b.at, seen.target)))
     }
 
@@ -311,8 +311,8 @@ impl Tracer<'_> {
             let emission = densities.position * densities.direction * toward_camera * chain.etendue_ratio(cos_a, cos_b);
             let hit = if densities.hittable { f64::from(scattering.pdf) * toward_light } else { 0.0 };
             let others = emission * remainder + hit;
-            let unlit = direct * chain.weight_inverse_jacobian / cos_b + hit;
-            let joined = Joined::caustic(value / direct as f32, cos_b, direct, others, unlit, chain);
+            let camera_only = direct * chain.weight_inverse_jacobian / cos_b + hit;
+            let joined = Joined::caustic(value / direct as f32, cos_b, direct, others, camera_only, chain);
             self.joined.push(Joined { densities: Some(densities), ..joined.attempted(attempt * chain.attempt) });
             vertex = Some(LightVertex { light, at, densities });
         }
@@ -338,8 +338,8 @@ impl Tracer<'_> {
                 * a.partial.at(f64::from(at_a.pdf_reverse));
             let to_light = f64::from(at_a.pdf) * toward_light;
             let others = camera_side + to_light * b.partial.at(f64::from(at_b.pdf_reverse));
-            let unlit = to_light * b.unlit.at(f64::from(at_b.pdf_reverse));
-            let joined = Joined::caustic(value, cos_b, self.light_subpaths, others, unlit, chain);
+            let camera_only = to_light * b.camera_only.at(f64::from(at_b.pdf_reverse));
+            let joined = Joined::caustic(value, cos_b, self.light_subpaths, others, camera_only, chain);
             self.joined.push(joined.attempted(attempt * chain.attempt));
         }
     }
@@ -361,8 +361,8 @@ impl Tracer<'_> {
             let cos_b = f64::from(b.cos_g(chain.last));
             let forward = density * chain.probability[0];
             let light_side = forward * b.partial.at(f64::from(at_b.pdf_reverse));
-            let unlit = forward * b.unlit.at(f64::from(at_b.pdf_reverse));
-            let joined = Joined::caustic(value, cos_b, self.light_subpaths, light_side, unlit, chain);
+            let camera_only = forward * b.camera_only.at(f64::from(at_b.pdf_reverse));
+            let joined = Joined::caustic(value, cos_b, self.light_subpaths, light_side, camera_only, chain);
             self.joined.push(Joined { raster: seen.raster, ..joined.attempted(attempt * chain.attempt) });
         }
     }

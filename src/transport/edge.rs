@@ -36,7 +36,7 @@ pub(super) struct OpenEdge {
     /// The old vertex's `e` or `g`.
     pub(super) remainder: f64,
     /// The part of that which needs no light subpath, of a light subpath's vertex.
-    pub(super) unlit: f64,
+    pub(super) camera_only: f64,
     /// Geometric cosine at the old end; 1 at a point or at infinity.
     pub(super) cos: f64,
     pub(super) at_infinity: bool,
@@ -60,7 +60,7 @@ impl OpenEdge {
             forward: 0.0,
             forward_is_area: false,
             remainder: 0.0,
-            unlit: 0.0,
+            camera_only: 0.0,
             cos: 1.0,
             at_infinity: false,
             medium,
@@ -173,7 +173,7 @@ impl Tracer<'_> {
                 let value = self.evaluate(vertex, direction, walk.mode);
                 edge.forward = if value.pdf > 0.0 { value.pdf } else { sampled_density } as f64;
                 edge.remainder = vertex.partial.at(value.pdf_reverse as f64);
-                edge.unlit = vertex.unlit.at(value.pdf_reverse as f64);
+                edge.camera_only = vertex.camera_only.at(value.pdf_reverse as f64);
                 edge.cos = vertex.cos_g(direction) as f64;
             }
         }
@@ -199,8 +199,8 @@ impl Tracer<'_> {
         let (forward, reverse_geometry, mut record) =
             edge.densities(self.world, self.options.geometry_term, walk.mode, end);
         record.technique = technique;
-        let (remainder, unlit) = (edge.remainder, edge.unlit);
-        let (edge, unlit) = match (&edge.departure, &self.light_start) {
+        let (remainder, camera_only) = (edge.remainder, edge.camera_only);
+        let (edge, camera_only) = match (&edge.departure, &self.light_start) {
             (Departure::Light, Some(start)) => {
                 let lights = &self.lights;
                 let direct = lights.direct_density(&self.world.shapes, start.light, &start.at, at.position());
@@ -210,10 +210,10 @@ impl Tracer<'_> {
             }
             _ => {
                 let next = |technique, remainder| MacroEdge { technique, forward, reverse_geometry, remainder };
-                (next(technique * count, remainder), next(0.0, unlit))
+                (next(technique * count, remainder), next(0.0, camera_only))
             }
         };
-        (edge.close(), unlit.close(), record)
+        (edge.close(), camera_only.close(), record)
     }
 
     /// The end that an edge left; `None` where no connection from there is ever made through glass.

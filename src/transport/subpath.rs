@@ -34,7 +34,7 @@ pub struct EmitterHit {
     /// Weight of s = 0.
     pub weight: f64,
     /// Weight of all techniques that need no light subpath (s <= 1) together.
-    pub unlit: f64,
+    pub camera_only: f64,
     /// Segments from the camera to the light.
     pub segments: u32,
     /// Connectable camera vertices before the light.
@@ -327,7 +327,7 @@ impl<'w> Tracer<'w> {
             let bsdf = self.bsdf(hit.shape);
             if bsdf.connectable() {
                 let place = Endpoint::Surface(at);
-                let (partial, unlit, record) =
+                let (partial, camera_only, record) =
                     self.close(&mut edge, &walk, &mut end, &place, self.light_subpaths, &mut wo);
                 let (aimed, toward) = self.aimed(&at, wo, walk.mode);
                 let vertex = Vertex {
@@ -335,7 +335,7 @@ impl<'w> Tracer<'w> {
                     wo,
                     beta: walk.beta,
                     partial,
-                    unlit,
+                    camera_only,
                     segments: walk.segments,
                     medium: walk.medium,
                     aimed,
@@ -492,7 +492,7 @@ impl<'w> Tracer<'w> {
         light: LightVertex,
     ) {
         // A light that the camera sees directly, or through a chain, is left to s = 0 alone.
-        let (weight, unlit) = match edge.departure {
+        let (weight, camera_only) = match edge.departure {
             Departure::Vertex { .. } => {
                 let d = &light.densities;
                 let weight = emitter_hit(partial, d.direct, d.position, d.direction);
@@ -507,7 +507,7 @@ impl<'w> Tracer<'w> {
         self.emitter_hits.push(EmitterHit {
             value: walk.beta * radiance,
             weight,
-            unlit,
+            camera_only,
             segments: walk.segments,
             vertices,
             light,
