@@ -72,7 +72,8 @@ mutation("connect: reverse density at the camera vertex", "src/transport/connect
 mutation("connect: reverse density at the light vertex", "src/transport/connect.rs",
          "b.partial.at(at_b.pdf_reverse as f64)", "b.partial.at(at_b.pdf as f64)", ("weights", ""))
 mutation("next event: reverse density", "src/transport/connect.rs",
-         "{ a.partial.at(scattering.pdf_reverse as f64) };", "{ a.partial.at(scattering.pdf as f64) };",
+         "let remainder = a.partial.at(scattering.pdf_reverse as f64);",
+         "let remainder = a.partial.at(scattering.pdf as f64);",
          ("weights", ""))
 mutation("to camera: reverse density", "src/transport/connect.rs",
          "forward * b.partial.at(scattering.pdf_reverse as f64)", "forward * b.partial.at(scattering.pdf as f64)",
@@ -104,7 +105,7 @@ mutation("chain: squared indices in the étendue ratio", "src/transport/edge.rs"
 
 # Sample counts.
 mutation("t = 1: sample count in the weight", "src/transport/connect.rs",
-         "weight::connection(1.0, 0.0, light_side)", "weight::connection(2.0, 0.0, light_side)",
+         "weight::connection(self.light_subpaths, 0.0, light_side)", "weight::connection(2.0, 0.0, light_side)",
          ("weights", ""), ("agreement", "integrators_on_glossy"))
 mutation("t = 1: samples per pass", "src/render/film.rs",
          "((*c + *l) * scale)", "((*c + *l * 0.9) * scale)", ("agreement", "integrators_on_glossy"))
