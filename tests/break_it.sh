@@ -220,7 +220,7 @@ mutation("caustic: opaque surfaces on the straight line stop the walk", "src/tra
          "const MOST_OPAQUE: u32 = 4;", "const MOST_OPAQUE: u32 = 0;",
          ("caustic", "passes_beside"))
 mutation("forecast: all light counts, not caustics alone", "src/render/moments.rs",
-         "if !path.caustic {", "if false {", ("options", "connections_are_made"))
+         "if !path.caustic {", "if false {", ("lib", "other_light_is_no_part"))
 mutation("forecast: not relative to what is around", "src/render/moments.rs",
          "path.added * path.added / (self.blocks[path.block].powi(2) + floor)", "path.added * path.added",
          ("lib", "a_bright_path_counts"))

@@ -163,7 +163,7 @@ mod tests {
     use glam::DAffine3;
 
     /// One path in each pixel of a group, one of them brighter; by two techniques in turn, as their weights are equal.
-    fn moments(brightest: f64) -> Moments {
+    fn moments(brightest: f64, caustic: bool) -> Moments {
         let camera = description::Camera {
             name: String::new(),
             transform: DAffine3::IDENTITY,
@@ -180,7 +180,7 @@ mod tests {
                 added: if pixel == 777 { brightest } else { 1.0 },
                 weight: 0.5,
                 camera_only: 0.6,
-                caustic: true,
+                caustic,
                 connected: pixel % 2 == 0,
                 plain: if pixel % 2 == 0 { 0.25 } else { 1.0 },
                 departures: 0..0,
@@ -194,18 +194,26 @@ mod tests {
     #[test]
     fn a_bright_path_counts_no_more_than_its_block() {
         // Each of 256 blocks has 12 paths, so that each path adds 1/12² over 1 + FLOOR²; one alone adds at most 1.
-        let (even, bright) = (moments(1.0).all, moments(1e6).all);
+        let (even, bright) = (moments(1.0, true).all, moments(1e6, true).all);
         assert!((even - 256.0 / 12.0 / (1.0 + FLOOR * FLOOR)).abs() < 1e-9, "{even}");
         assert!(bright < even, "{bright} instead of {even}");
     }
 
     #[test]
     fn what_is_left_out_adds_what_its_weight_says() {
-        let m = moments(1.0);
+        let m = moments(1.0, true);
         assert!((m.unconnected / m.all - 1.0).abs() < 1e-9, "half of the density: twice the moment");
         assert!((m.unaimed / m.all - (1.0 / 0.625 - 1.0)).abs() < 1e-9, "a quarter of a half of it");
         let [caustics, others] = m.by_number;
         assert!((caustics[3] / caustics[0] - 1.0 / (0.6 + 0.4 / 8.0)).abs() < 1e-9, "an eighth of 0.4 of it");
         assert_eq!(others, [0.0; 4]);
+    }
+
+    #[test]
+    fn other_light_is_no_part_of_the_caustics() {
+        let m = moments(1.0, false);
+        assert_eq!((m.all, m.unconnected, m.unaimed), (0.0, 0.0, 0.0));
+        assert_eq!(m.by_number[0], [0.0; 4]);
+        assert_eq!(m.by_number[1], moments(1.0, true).by_number[0]);
     }
 }
