@@ -32,8 +32,8 @@ const CONNECTIONS_WORTH: f64 = 2.0;
 /// Aim pays from a place if it saves so many times what it adds: light that is aimed from one place has the less to gain
 /// from aim at the next, and aim makes the rest of the picture slower. Measured, of all places together (as above):
 /// figure4b 0.3 to 0.8, 0.9; water 0.2 to 0.4, 0.9; frosted 0.4, 0.7; window 0.8, 1.0; eye_small 2, 0.9; demo 2.1 to 2.8,
-/// 1.0; glass_sphere 1.7 to 4.0, 0.7 (but 1.0 with the number of light subpaths that is then chosen); lumpy 2.8 to
-/// 3.8, 1.7; figure4a_small 4 to 9, 3; figure4a 10 to 13, 2.8; pane_sphere 10 to 20, 2.2; water_glass above 100, 4.
+/// 1.0; glass_sphere 1.0 to 4.0, 0.9; lumpy 2.8 to 3.8, 1.7; figure4a_small 4 to 9, 3; figure4a 10 to 13, 2.8; pane_sphere
+/// 10 to 20, 2.2; water_glass above 100, 4.
 const AIM_WORTH: f64 = 3.0;
 
 /// Fewer light subpaths pay if work times second moments falls to this share, the geometric mean of caustics and other
