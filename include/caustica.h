@@ -454,6 +454,8 @@ typedef struct caustica_statistics {
     uint32_t aimed;             /* 1 if light subpaths were aimed at glass, else 0 */
     float aim_forecast_variance; /* caustics' variance without aim over that with it, per sample */
     float aim_forecast_work;    /* work with aim over that without, per sample; both NaN if not forecast */
+    float light_subpaths;       /* per sample */
+    uint32_t reserved;          /* 0 */
     char backend[64];           /* the ray tracer */
 } caustica_statistics;
 

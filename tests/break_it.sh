@@ -72,7 +72,8 @@ mutation("connect: reverse density at the camera vertex", "src/transport/connect
 mutation("connect: reverse density at the light vertex", "src/transport/connect.rs",
          "b.partial.at(at_b.pdf_reverse as f64)", "b.partial.at(at_b.pdf as f64)", ("weights", ""))
 mutation("next event: reverse density", "src/transport/connect.rs",
-         "{ a.partial.at(scattering.pdf_reverse as f64) };", "{ a.partial.at(scattering.pdf as f64) };",
+         "let remainder = a.partial.at(scattering.pdf_reverse as f64);",
+         "let remainder = a.partial.at(scattering.pdf as f64);",
          ("weights", ""))
 mutation("to camera: reverse density", "src/transport/connect.rs",
          "forward * b.partial.at(scattering.pdf_reverse as f64)", "forward * b.partial.at(scattering.pdf as f64)",
@@ -104,7 +105,7 @@ mutation("chain: squared indices in the étendue ratio", "src/transport/edge.rs"
 
 # Sample counts.
 mutation("t = 1: sample count in the weight", "src/transport/connect.rs",
-         "weight::connection(1.0, 0.0, light_side)", "weight::connection(2.0, 0.0, light_side)",
+         "weight::connection(self.light_subpaths, 0.0, light_side)", "weight::connection(2.0, 0.0, light_side)",
          ("weights", ""), ("agreement", "integrators_on_glossy"))
 mutation("t = 1: samples per pass", "src/render/film.rs",
          "((*c + *l) * scale)", "((*c + *l * 0.9) * scale)", ("agreement", "integrators_on_glossy"))
@@ -218,13 +219,26 @@ mutation("caustic: roulette without its division", "src/transport/roulette.rs",
 mutation("caustic: opaque surfaces on the straight line stop the walk", "src/transport/caustic.rs",
          "const MOST_OPAQUE: u32 = 4;", "const MOST_OPAQUE: u32 = 0;",
          ("caustic", "passes_beside"))
-mutation("forecast: all light counts, not caustics alone", "src/render/pilot.rs",
-         "if !c.is_caustic() || !added.is_finite() {", "if !added.is_finite() {",
+mutation("forecast: all light counts, not caustics alone", "src/render/moments.rs",
+         "if !path.caustic {", "if false {", ("lib", "other_light_is_no_part"))
+mutation("forecast: not relative to what is around", "src/render/moments.rs",
+         "path.added * path.added / (self.blocks[path.block].powi(2) + floor)", "path.added * path.added",
+         ("lib", "a_bright_path_counts"))
+mutation("roulette: light that the camera sees is part of the mean radiance", "src/render/moments.rs",
+         "if !added.is_finite() || (c.camera.is_empty() && c.light.is_empty()) {", "if !added.is_finite() {",
          ("options", "connections_are_made"))
 
-mutation("roulette: light that the camera sees is part of the mean radiance", "src/render/pilot.rs",
-         "if most.is_finite() && !(c.camera.is_empty() && c.light.is_empty()) {", "if most.is_finite() {",
-         ("options", "connections_are_made"))
+# Number of light subpaths.
+mutation("light subpaths: their number in the weights of connections", "src/transport/connect.rs",
+         "weight::connection(self.light_subpaths, camera_side, light_side)",
+         "weight::connection(1.0, camera_side, light_side)", ("weights", "area_light"))
+mutation("light subpaths: their number in the weights of what is not connected", "src/transport/edge.rs",
+         "technique * count", "technique", ("weights", "area_light"))
+mutation("light subpaths: their throughput", "src/transport/subpath.rs",
+         "beta: sample.beta / self.light_subpaths as f32", "beta: sample.beta",
+         ("options", "number_of_light_subpaths_changes"))
+mutation("light subpaths: forecast as if all paths needed one", "src/render/moments.rs",
+         "path.camera_only + number * (1.0 - path.camera_only)", "number", ("options", "as_many_light_subpaths"))
 
 # Aim.
 mutation("aim: density of light leaving a surface, in the weights", "src/transport/aim.rs",

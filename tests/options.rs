@@ -123,12 +123,50 @@ fn aim_changes_nothing() {
 }
 
 #[test]
+fn the_number_of_light_subpaths_changes_nothing() {
+    for number in [0.25, 2.5] {
+        let options = CausticOptions { light_subpaths: Some(number), ..CausticOptions::default() };
+        changes_nothing(&format!("{number} light subpaths"), options, LIMIT);
+    }
+}
+
+fn scene_of_this_repository(scene: &str) -> World {
+    let file = format!("{}/scenes/{scene}.glb", env!("CARGO_MANIFEST_DIR"));
+    let loaded = caustica::io::gltf::load(file.as_ref()).expect("a scene of this repository");
+    World::commit(&loaded.description, CommitOptions::default()).expect("a valid scene")
+}
+
+#[test]
+fn there_are_as_many_light_subpaths_as_pay() {
+    // By the forecast: where a point light shines on a ball, next-event estimation through the glass does most, and aimed
+    // light subpaths, though they find what it does not, cost more than all the rest. The eye has its light from a wall.
+    for (scene, fewer) in [("glass_sphere", true), ("eye", false), ("pane_sphere", false)] {
+        let world = scene_of_this_repository(scene);
+        let render = |light_subpaths, caustics| {
+            let caustic_options = CausticOptions { aim: Some(0.5), light_subpaths, ..CausticOptions::default() };
+            let settings = Settings { caustics, caustic_options, ..common::settings(Integrator::Bdpt, 64, 8, 3) };
+            common::run(&world, &settings).statistics
+        };
+        let auto = render(None, Caustics::Auto);
+        assert_eq!(auto.light_subpaths < 1.0, fewer, "{scene}: {}", auto.light_subpaths);
+        let one = render(Some(1.0), Caustics::Auto);
+        assert_eq!(one.light_subpaths, 1.0);
+        // In proportion, but for a few standard errors.
+        let share = auto.light_path_rays as f32 / one.light_path_rays as f32;
+        assert!((share / auto.light_subpaths - 1.0).abs() < 0.05, "{scene}: {share} of the rays");
+        assert_eq!(
+            render(None, Caustics::Off).light_subpaths,
+            1.0,
+            "plain bidirectional path tracing is left as it is"
+        );
+    }
+}
+
+#[test]
 fn light_is_aimed_where_it_pays() {
     // By the forecast: at the glass of Figure 4a, not at a pane that fills half of what the lamp sees.
-    for (scene, aims) in [("figure4a", true), ("water_glass", true), ("glass_sphere", true), ("window", false)] {
-        let file = format!("{}/scenes/{scene}.glb", env!("CARGO_MANIFEST_DIR"));
-        let loaded = caustica::io::gltf::load(file.as_ref()).expect("a scene of this repository");
-        let world = World::commit(&loaded.description, CommitOptions::default()).expect("a valid scene");
+    for (scene, aims) in [("figure4a", true), ("water_glass", true), ("pane_sphere", true), ("window", false)] {
+        let world = scene_of_this_repository(scene);
         let render = |aim, caustics| {
             let caustic_options = CausticOptions { aim, ..CausticOptions::default() };
             let settings = Settings { caustics, caustic_options, ..common::settings(Integrator::Bdpt, 64, 1, 3) };
@@ -158,9 +196,7 @@ fn connections_are_made_where_they_pay() {
         ("glass_sphere", Caustics::On),
         ("cornell", Caustics::Off),
     ] {
-        let file = format!("{}/scenes/{scene}.glb", env!("CARGO_MANIFEST_DIR"));
-        let loaded = caustica::io::gltf::load(file.as_ref()).expect("a scene of this repository");
-        let world = World::commit(&loaded.description, CommitOptions::default()).expect("a valid scene");
+        let world = scene_of_this_repository(scene);
         let render = |caustics| {
             let caustic_options = CausticOptions { aim: Some(0.0), ..CausticOptions::default() };
             let settings = Settings { caustics, caustic_options, ..common::settings(Integrator::Bdpt, 64, 1, 3) };
@@ -196,6 +232,15 @@ fn a_share_that_leaves_too_little_for_the_rest_is_refused() {
         let options = CausticOptions { aim: Some(share), ..CausticOptions::default() };
         let error = render(&WORLD, &with(options), &Cancel::default(), &|_| ()).expect_err("refused");
         assert!(matches!(error, RenderError::Setting { setting: "aim", .. }), "{error}");
+    }
+}
+
+#[test]
+fn a_number_of_light_subpaths_that_is_none_is_refused() {
+    for number in [0.0, -1.0, 65.0, f32::NAN, f32::INFINITY] {
+        let options = CausticOptions { light_subpaths: Some(number), ..CausticOptions::default() };
+        let error = render(&WORLD, &with(options), &Cancel::default(), &|_| ()).expect_err("refused");
+        assert!(matches!(error, RenderError::Setting { setting: "light subpaths", .. }), "{error}");
     }
 }
 

@@ -31,6 +31,7 @@ struct FullPath<'a> {
     bsdfs: &'a [Bsdf],
     lights: &'a Lights,
     aim: Option<&'a Aim>,
+    light_subpaths: f64,
     camera: &'a Camera,
     vertices: Vec<&'a Vertex>,
     /// Macro-edge i leads from z_i to z_{i+1}; the direction into it at z_i, and at z_{i+1}.
@@ -40,7 +41,7 @@ struct FullPath<'a> {
 
 impl FullPath<'_> {
     fn new<'a>(check: &Check<'a>, c: &Contribution<'a>) -> FullPath<'a> {
-        let Check { world, bsdfs, lights, aim, camera, .. } = *check;
+        let Check { world, bsdfs, lights, aim, light_subpaths, camera, .. } = *check;
         let camera_side = on_path(c.camera).count();
         let vertices: Vec<&Vertex> = on_path(c.camera).chain(on_path(c.light).rev()).collect();
         let mut edges: Vec<(EdgeRecord, Vec3, Vec3)> = Vec::new();
@@ -99,7 +100,7 @@ impl FullPath<'_> {
         for y in on_path(c.light).rev() {
             edges.push((y.edge, y.wo, y.edge.departure));
         }
-        FullPath { world, bsdfs, lights, aim, camera, vertices, edges, light: c.start }
+        FullPath { world, bsdfs, lights, aim, light_subpaths, camera, vertices, edges, light: c.start }
     }
 
     /// Densities of both directions at z_i (1 <= i < m): of leaving toward z_{i+1}, toward z_{i-1}.
@@ -197,7 +198,8 @@ impl FullPath<'_> {
                 let camera_part: f64 = (1..=i).map(|j| forward(j).ln()).sum();
                 let light_part: f64 =
                     (i + 1..=m).map(|j| if i == m - 1 && j == m { light.direct.ln() } else { reverse(j).ln() }).sum();
-                technique.ln() + camera_part + light_part
+                let number: f64 = if i < m - 1 { self.light_subpaths } else { 1.0 };
+                number.ln() + technique.ln() + camera_part + light_part
             })
             .collect();
         let largest = log_p.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -212,6 +214,7 @@ struct Check<'a> {
     bsdfs: &'a [Bsdf],
     lights: &'a Lights,
     aim: Option<&'a Aim>,
+    light_subpaths: f64,
     camera: &'a Camera,
     paths: usize,
     with_chain: usize,
@@ -227,14 +230,21 @@ impl Observer for Check<'_> {
         let technique = on_path(c.camera).count() + usize::from(c.hit.is_some());
         let shares = path.shares();
         let sum: f64 = shares.iter().sum();
-        let error = (c.weight - shares[technique]).abs().max((sum - 1.0).abs());
+        // Without light subpath: by next-event estimation or by running into the light.
+        let camera_only: f64 = shares.iter().rev().take(2).sum();
+        let errors = [c.weight - shares[technique], sum - 1.0, c.camera_only - camera_only];
+        let error = errors.iter().fold(0.0, |worst: f64, e| if e.is_nan() { *e } else { worst.max(e.abs()) });
         self.paths += 1;
         self.with_chain += usize::from(path.edges.iter().any(|e| e.0.chain > 0));
         self.with_walk += usize::from(path.edges.iter().any(|e| e.0.chain > 0 && e.0.technique > 0.0));
         *self.by_technique.entry((c.s, c.t)).or_default() += 1;
         if !(error <= self.worst) {
             self.worst = error;
-            self.worst_at = format!("s = {}, t = {}: weight {} but share {}", c.s, c.t, c.weight, shares[technique]);
+            let (own, share) = (c.weight, shares[technique]);
+            self.worst_at = format!(
+                "s = {}, t = {}: weight {own} but share {share}; s <= 1 {} but {camera_only}",
+                c.s, c.t, c.camera_only
+            );
         }
     }
 }
@@ -245,6 +255,10 @@ fn check(name: &str, builder: &Builder) {
     check_with(&format!("{name}, caustic connections"), builder, Some(options));
     let options = CausticOptions { aim: Some(0.4), ..options };
     check_with(&format!("{name}, caustic connections, aimed"), builder, Some(options));
+    for number in [0.4, 1.5] {
+        let options = CausticOptions { light_subpaths: Some(number), ..options };
+        check_with(&format!("{name}, {number} light subpaths a sample"), builder, Some(options));
+    }
 }
 
 /// Without caustic connections if there are no options for them.
@@ -263,6 +277,8 @@ fn check_with(name: &str, builder: &Builder, caustics: Option<CausticOptions>) {
     if let Some(share) = tracer.options.aim {
         tracer.aim_at(&Aimed::new(&world, &glass(&world), |_| share));
     }
+    tracer.light_subpaths = tracer.options.light_subpaths.map_or(1.0, f64::from);
+    let light_subpaths = tracer.light_subpaths;
     let (lights, aim) = (tracer.lights.clone(), tracer.aim.clone());
     tracer.camera_caustics =
         connects && world.requirements.delta_lights && matches!(camera.endpoint(), Endpoint::Point(_));
@@ -272,6 +288,7 @@ fn check_with(name: &str, builder: &Builder, caustics: Option<CausticOptions>) {
         bsdfs: walked.map_or(&world.bsdfs, |w| &w.bsdfs),
         lights: &lights,
         aim: aim.as_ref(),
+        light_subpaths,
         camera: &camera,
         paths: 0,
         with_chain: 0,

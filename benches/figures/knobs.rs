@@ -51,6 +51,9 @@ fn variations() -> Vec<(String, CausticOptions)> {
     for share in [0.0, 0.25, 0.5, 0.75] {
         vary(format!("aim {share}"), &|o| o.aim = Some(share));
     }
+    for number in [0.25, 0.5, 1.0, 2.0] {
+        vary(format!("{number} light subpaths"), &|o| o.light_subpaths = Some(number));
+    }
     vary("roulette off".to_owned(), &|o| o.roulette = Roulette::Off);
     vary("roulette by lengths".to_owned(), &|o| o.roulette = Roulette::Lengths);
     for threshold in [0.1, 0.5, 2.0] {

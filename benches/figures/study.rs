@@ -205,7 +205,10 @@ fn walks(s: &Statistics) -> String {
             )
         })
     };
-    let forecast = forecast("Aimed", s.aimed, s.aim_forecast) + &forecast("Connected", s.caustics, s.forecast);
+    let mut forecast = forecast("Aimed", s.aimed, s.aim_forecast) + &forecast("Connected", s.caustics, s.forecast);
+    if s.light_subpaths < 1.0 {
+        forecast += &format!(" Light subpaths: {} a sample.", s.light_subpaths);
+    }
     if walks.total() == 0 {
         return format!("Walks of ours: none.{forecast}");
     }

@@ -103,6 +103,10 @@ pub struct Statistics {
     pub aim_forecast_variance: f32,
     /// See [`crate::render::job::Forecast`], of aiming; NaN without.
     pub aim_forecast_work: f32,
+    /// Light subpaths per sample.
+    pub light_subpaths: f32,
+    /// 0.
+    pub reserved: u32,
     /// The ray tracer.
     pub backend: [c_char; 64],
 }
@@ -110,7 +114,7 @@ pub struct Statistics {
 // SAFETY: `repr(C)`, `u32` first, numbers only.
 unsafe impl Sized32 for Statistics {
     const NAME: &'static str = "caustica_statistics";
-    const FIRST_SIZE: usize = 248;
+    const FIRST_SIZE: usize = 256;
 }
 
 impl Statistics {
@@ -149,6 +153,8 @@ impl Statistics {
             aimed: s.aimed.into(),
             aim_forecast_variance: s.aim_forecast.map_or(f32::NAN, |f| f.variance),
             aim_forecast_work: s.aim_forecast.map_or(f32::NAN, |f| f.work),
+            light_subpaths: s.light_subpaths,
+            reserved: 0,
             backend: chars(&s.backend),
         }
     }

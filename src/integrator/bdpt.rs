@@ -1,9 +1,9 @@
-//! Bidirectional path tracing (Veach 1997, ch. 10): one light subpath per camera subpath, all
-//! techniques s >= 0, t >= 1, weighted by the balance heuristic.
+//! Bidirectional path tracing (Veach 1997, ch. 10): light subpaths for each camera subpath, one or,
+//! on average, fewer; all techniques s >= 0, t >= 1, weighted by the balance heuristic.
 
 use super::{Contribution, Observer, Sample, Splat};
 use crate::camera::Camera;
-use crate::math::{Rgb, Sampler, Stream, pixel_position};
+use crate::math::{Rgb, Sampler, Stream, number_of_sample, pixel_position};
 use crate::scene::world::MediumId;
 use crate::transport::{LightVertex, Tracer};
 use glam::Vec2;
@@ -48,23 +48,32 @@ pub fn sample<O: Observer>(
     out: &mut Sample,
     observer: &mut O,
 ) {
+    from_camera(tracer, view, seed, pixel, index, out, observer);
+    from_lights(tracer, view, seed, pixel, index, out, observer);
+}
+
+/// The part of a sample that needs no light subpath (s <= 1): sets `out.radiance`.
+pub(crate) fn from_camera<O: Observer>(
+    tracer: &mut Tracer,
+    view: &View,
+    seed: u64,
+    pixel: u32,
+    index: u32,
+    out: &mut Sample,
+    observer: &mut O,
+) {
     let stream = |kind| Sampler::new(seed, pixel, index, kind);
     let mut camera_numbers = stream(Stream::Camera);
     let raster = view.raster(seed, pixel, index);
     tracer.trace_camera(&view.camera, view.medium, raster, &mut camera_numbers);
-    if tracer.camera_only {
-        tracer.light_vertices.clear();
-    } else {
-        tracer.trace_light(&mut stream(Stream::Light));
-    }
     let mut connect_numbers = stream(Stream::Connect);
     tracer.roulette = stream(Stream::Caustic);
 
-    let mut radiance = Rgb::ZERO;
+    out.radiance = Rgb::ZERO;
     for hit in &tracer.emitter_hits {
-        radiance += hit.value * hit.weight as f32;
+        out.radiance += hit.value * hit.weight as f32;
         let before = &tracer.camera_vertices[..hit.vertices];
-        observer.observe(&Contribution::of_hit(hit, pixel, before, hit.weight));
+        observer.observe(&Contribution::of_hit(hit, pixel, before));
     }
     for i in 0..tracer.camera_vertices.len() {
         let segments = tracer.camera_vertices[i].segments;
@@ -72,58 +81,54 @@ pub fn sample<O: Observer>(
             break;
         }
         // Without lights there is nothing to draw, and `sample_direct` says so at once.
-        if let Some(light) = tracer.next_event(i, &mut connect_numbers) {
-            for joined in &tracer.joined {
-                radiance += joined.weighted;
-                let start = LightVertex { densities: joined.densities.unwrap_or(light.densities), ..light };
-                let technique = (1, segments + 1);
-                observer.observe(&Contribution::of_joined(
-                    joined,
-                    technique,
-                    pixel,
-                    &tracer.camera_vertices[..=i],
-                    &[],
-                    &start,
-                ));
+        let Some(light) = tracer.next_event(i, &mut connect_numbers) else { continue };
+        for joined in &tracer.joined {
+            out.radiance += joined.weighted;
+            let start = LightVertex { densities: joined.densities.unwrap_or(light.densities), ..light };
+            let (technique, camera) = ((1, segments + 1), &tracer.camera_vertices[..=i]);
+            observer.observe(&Contribution::of_joined(joined, technique, pixel, camera, &[], &start));
+        }
+    }
+}
+
+/// The rest of it: light subpaths, joined with the camera subpath (s, t >= 2) and with the camera (t = 1).
+pub(crate) fn from_lights<O: Observer>(
+    tracer: &mut Tracer,
+    view: &View,
+    seed: u64,
+    pixel: u32,
+    index: u32,
+    out: &mut Sample,
+    observer: &mut O,
+) {
+    let mut light_numbers = Sampler::new(seed, pixel, index, Stream::Light);
+    for _ in 0..number_of_sample(tracer.light_subpaths, seed, pixel, index) {
+        tracer.trace_light(&mut light_numbers);
+        let Some(start) = tracer.light_start else { continue };
+        for i in 0..tracer.camera_vertices.len() {
+            let segments = tracer.camera_vertices[i].segments;
+            for j in 0..tracer.light_vertices.len() {
+                let light_segments = tracer.light_vertices[j].segments;
+                if segments + light_segments + 1 > tracer.max_depth {
+                    break;
+                }
+                tracer.connect(i, j);
+                for joined in &tracer.joined {
+                    out.radiance += joined.weighted;
+                    let technique = (light_segments + 1, segments + 1);
+                    let (camera, light) = (&tracer.camera_vertices[..=i], &tracer.light_vertices[..=j]);
+                    observer.observe(&Contribution::of_joined(joined, technique, pixel, camera, light, &start));
+                }
             }
         }
         for j in 0..tracer.light_vertices.len() {
-            let light_segments = tracer.light_vertices[j].segments;
-            if segments + light_segments + 1 > tracer.max_depth {
-                break;
-            }
-            tracer.connect(i, j);
-            let Some(start) = &tracer.light_start else { continue };
+            tracer.to_camera(&view.camera, j);
             for joined in &tracer.joined {
-                radiance += joined.weighted;
-                let technique = (light_segments + 1, segments + 1);
-                observer.observe(&Contribution::of_joined(
-                    joined,
-                    technique,
-                    pixel,
-                    &tracer.camera_vertices[..=i],
-                    &tracer.light_vertices[..=j],
-                    start,
-                ));
+                let target = view.pixel(joined.raster);
+                out.splats.push(Splat { pixel: target, value: joined.weighted });
+                let (technique, light) = ((tracer.light_vertices[j].segments + 1, 1), &tracer.light_vertices[..=j]);
+                observer.observe(&Contribution::of_joined(joined, technique, target, &[], light, &start));
             }
         }
     }
-    for j in 0..tracer.light_vertices.len() {
-        tracer.to_camera(&view.camera, j);
-        let Some(start) = &tracer.light_start else { continue };
-        for joined in &tracer.joined {
-            let target = view.pixel(joined.raster);
-            out.splats.push(Splat { pixel: target, value: joined.weighted });
-            let technique = (tracer.light_vertices[j].segments + 1, 1);
-            observer.observe(&Contribution::of_joined(
-                joined,
-                technique,
-                target,
-                &[],
-                &tracer.light_vertices[..=j],
-                start,
-            ));
-        }
-    }
-    out.radiance = radiance;
 }

@@ -25,7 +25,7 @@ pub fn sample<O: Observer>(
     out.radiance = Rgb::ZERO;
     for hit in &tracer.emitter_hits {
         out.radiance += hit.value;
-        observer.observe(&Contribution::of_hit(hit, pixel, &[], 1.0));
+        observer.observe(&Contribution::of_hit(hit, pixel, &[]));
     }
     tracer.trace_light(&mut stream(Stream::Light));
     for j in 0..tracer.light_vertices.len() {

@@ -40,6 +40,8 @@ pub struct Contribution<'a> {
     pub value: Rgb,
     /// Its weight.
     pub weight: f64,
+    /// Weight of all techniques that need no light subpath (s <= 1) together.
+    pub camera_only: f64,
     /// What it adds to the image. Finite also where the value is infinite and the weight zero.
     pub weighted: Rgb,
     /// Connectable vertices from the camera, without the camera's own; see [`on_path`].
@@ -56,14 +58,15 @@ pub struct Contribution<'a> {
 
 impl<'a> Contribution<'a> {
     /// The technique s = 0.
-    fn of_hit(hit: &'a EmitterHit, pixel: u32, camera: &'a [Vertex], weight: f64) -> Contribution<'a> {
+    fn of_hit(hit: &'a EmitterHit, pixel: u32, camera: &'a [Vertex]) -> Contribution<'a> {
         Contribution {
             s: 0,
             t: hit.segments + 1,
             pixel,
             value: hit.value,
-            weight,
-            weighted: hit.value * weight as f32,
+            weight: hit.weight,
+            camera_only: hit.camera_only,
+            weighted: hit.value * hit.weight as f32,
             camera,
             light: &[],
             start: &hit.light,
@@ -87,6 +90,7 @@ impl<'a> Contribution<'a> {
             pixel,
             value: joined.value,
             weight: joined.weight,
+            camera_only: joined.camera_only,
             weighted: joined.weighted,
             camera,
             light,

@@ -79,6 +79,16 @@ pub fn pixel_position(seed: u64, pixel: u32, sample: u32) -> Vec2 {
     Vec2::new(coordinate(shift, STEP[0]), coordinate(shift >> 32, STEP[1]))
 }
 
+/// How many of something a sample of a pixel has, if a sample has `number` on average: with successive samples as evenly as
+/// can be, shifted at random for each pixel.
+#[inline]
+pub fn number_of_sample(number: f64, seed: u64, pixel: u32, sample: u32) -> u64 {
+    let step = (number * (1u64 << 32) as f64) as u64;
+    let shift = mix(mix(!seed ^ GOLDEN).wrapping_add(pixel as u64)) >> 32;
+    let before = shift.wrapping_add(step.wrapping_mul(sample.into()));
+    (before.wrapping_add(step) >> 32).wrapping_sub(before >> 32) & 0xffff_ffff
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -121,5 +131,29 @@ mod tests {
         for _ in 0..10 {
             assert_eq!(a.next_2d(), b.next_2d());
         }
+    }
+
+    #[test]
+    fn numbers_of_samples_come_to_their_mean_and_evenly() {
+        for number in [0.0, 1e-3, 0.125, 0.3, 1.0, 2.5, 64.0] {
+            let (pixels, samples) = (1000, 40);
+            let mut all = 0;
+            for pixel in 0..pixels {
+                let of_pixel: u64 = (0..samples).map(|i| number_of_sample(number, 7, pixel, i)).sum();
+                let expected = number * f64::from(samples);
+                assert!((of_pixel as f64 - expected).abs() < 1.0, "{number}: {of_pixel} of {expected}");
+                all += of_pixel;
+            }
+            // A shift that is uniform rounds each pixel's number up or down; five standard errors at most.
+            let expected = number * f64::from(pixels * samples);
+            assert!(
+                (all as f64 - expected).abs() <= 5.0 * 0.5 * f64::from(pixels).sqrt(),
+                "{number}: {all} of {expected}"
+            );
+        }
+        // The last samples, which come before a render's first, are no exception.
+        assert_eq!(number_of_sample(1.0, 1, 2, u32::MAX), 1);
+        let last = (0..4000).map(|i| number_of_sample(0.25, 1, 2, u32::MAX - i)).sum::<u64>();
+        assert!((999..=1001).contains(&last), "{last}");
     }
 }

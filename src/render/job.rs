@@ -9,7 +9,10 @@ use crate::integrator::{Contribution, Observer, Sample, Splat, light, path};
 use crate::pool;
 use crate::scene::World;
 use crate::transport::Tracer;
-use crate::transport::caustic::{CausticOptions, Check, GeometryTerm, LARGEST_AIM, LARGEST_TOLERANCE, WalkCount};
+use crate::transport::caustic::{
+    CausticOptions, Check, GeometryTerm, LARGEST_AIM, LARGEST_TOLERANCE, LEAST_LIGHT_SUBPATHS, MOST_LIGHT_SUBPATHS,
+    WalkCount,
+};
 use glam::Vec2;
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -181,6 +184,8 @@ pub struct Statistics {
     pub aimed: bool,
     /// On what that was decided; `None` where there was nothing to decide.
     pub aim_forecast: Option<Forecast>,
+    /// Light subpaths per sample.
+    pub light_subpaths: f32,
     /// Samples whose value was NaN or infinite; dropped from the image.
     pub non_finite: u64,
     /// Pixel and sample of the first of them.
@@ -294,13 +299,17 @@ pub(super) fn validate(world: &World, settings: &Settings) -> Result<(), RenderE
         let expected = format!("the scene has {} cameras", world.cameras.len());
         return RenderError::setting("camera", settings.camera, expected);
     }
-    let CausticOptions { geometry_term, check, walk, aim, .. } = settings.caustic_options;
+    let CausticOptions { geometry_term, check, walk, aim, light_subpaths, .. } = settings.caustic_options;
     if !(walk.tolerance > 0.0 && walk.tolerance <= LARGEST_TOLERANCE) {
         let expected = format!("more than 0, at most {LARGEST_TOLERANCE:e} radians was expected");
         return RenderError::setting("walk tolerance", walk.tolerance, expected);
     }
     if let Some(share) = aim.filter(|share| !(0.0..=LARGEST_AIM).contains(share)) {
         return RenderError::setting("aim", share, format!("a share from 0 to {LARGEST_AIM} was expected"));
+    }
+    if let Some(number) = light_subpaths.filter(|n| !(LEAST_LIGHT_SUBPATHS..=MOST_LIGHT_SUBPATHS).contains(n)) {
+        let expected = format!("a number from {LEAST_LIGHT_SUBPATHS} to {MOST_LIGHT_SUBPATHS} was expected");
+        return RenderError::setting("light subpaths", number, expected);
     }
     if check != Check::Exact && geometry_term != GeometryTerm::Direct {
         let why = "all but the exact check need the direct geometry term";
@@ -362,7 +371,7 @@ pub(super) fn view(world: &World, settings: &Settings) -> View {
 /// A worker's tracer.
 pub(super) fn tracer<'w>(world: &'w World, view: &View, settings: &Settings, pilot: &Pilot) -> Tracer<'w> {
     let mut tracer = Tracer::new(world, settings.max_depth);
-    tracer.camera_only = settings.integrator == Integrator::Mnee;
+    tracer.light_subpaths = pilot.light_subpaths;
     if pilot.connects {
         tracer.connect_through_glass();
     }
@@ -476,6 +485,7 @@ pub fn render(
     statistics.forecast = pilot.forecast;
     statistics.aimed = pilot.aim.is_some();
     statistics.aim_forecast = pilot.aim_forecast;
+    statistics.light_subpaths = pilot.light_subpaths as f32;
     statistics.commit_seconds = world.commit_seconds;
     statistics.render_seconds = start.elapsed().as_secs_f64();
     statistics.scene_bytes = world.memory();

@@ -4,6 +4,7 @@ pub mod compare;
 pub mod film;
 pub mod image;
 pub mod job;
+mod moments;
 pub mod passes;
 mod pilot;
 pub mod pixel;

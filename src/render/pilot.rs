@@ -1,47 +1,47 @@
 //! A few samples before the first pass: what attempted caustic connections bring, which roulette on them
-//! needs to know, whether they pay at all, and whether it pays to aim light subpaths at glass.
+//! needs to know, whether they pay at all, whether it pays to aim light subpaths at glass, and how many of them there
+//! should be. How the samples tell is in [`super::moments`].
 //!
-//! What a technique saves can be read off its weights. A path of value `f` that all techniques together
-//! sample with density `p`, of which one has the share `w`, adds `f²/p` to the second moment of the balance
-//! heuristic. If that technique sampled it `r` times as often, it would add `f²/(p (1 - w + r w))`; without
-//! caustic connections `r = 0`, without aim it is the ratio of the densities of what the light subpath drew. So
-//! the sum of `(f/p)² (1 - r) / (1 - w + r w)` over the samples of those techniques estimates by how much leaving
-//! them out raises the second moment, without ever rendering that way. (`w` is that of the one technique that
-//! made the path, which errs on the side of leaving out; rough glass that is walked through would be
-//! evaluated instead, which the estimate does not know.)
-//!
-//! Caustics alone are looked at: they are what all this is for, and a small part of most pictures' variance.
+//! Caustics alone are looked at for the first two: they are what all this is for, and a small part of most pictures'
+//! variance. Fewer light subpaths must not cost the rest of the picture either.
 
 use super::job::{self, Cancel, Caustics, Forecast, Integrator, Settings};
+use super::moments::{Moments, NUMBERS, Paths};
+use crate::integrator::Sample;
 use crate::integrator::bdpt::{self, View};
-use crate::integrator::{Contribution, Observer, Sample};
 use crate::scene::World;
+use crate::transport::Tracer;
 use crate::transport::aim::{self, Aimed, CLASSES, departures};
 use crate::transport::caustic::AIM;
 use crate::transport::experience::Experience;
 use crate::transport::roulette::{self, Roulette};
 
 /// Samples, in groups. The median of their means counts, and the ten of them that forecast least: a few rare paths must
-/// not decide. Connections are then made on demo, where they pay, with eight of eight seeds, and on lumpy, where they
-/// do not, with none; with eight groups, not always on demo, with twelve, sometimes on lumpy. They take a tenth of a
-/// second at most on the scenes here; with aim to decide on they are drawn twice, and again if there will be any.
+/// not decide. They take a tenth of a second at most on the scenes here; with aim to decide on they are drawn
+/// twice, and again if there will be any.
 const GROUPS: u32 = 16;
 const TYPICAL: usize = 10;
 const GROUP: u32 = 256;
 
-/// Caustic connections pay if they save more of the caustics' variance than they add to the work. Measured (variance
-/// saved over work added; error of the caustics at equal time, without them over with): figure4a 0.02, 0.5; lumpy 0.01,
-/// 0.5; water_glass 0.9, 0.7; demo 1.1 to 7, 1.2 to 1.4; frosted 2.4 to 4, 3.4; eye 7 to 13, 3.8; the others far above.
-const CONNECTIONS_WORTH: f64 = 1.0;
+/// Caustic connections pay if they save so many times as much of the caustics' variance as they add to the work. Measured
+/// (variance saved over work added with three seeds; error of the caustics at equal time, without them over with):
+/// figure4a 0.1, 0.5; lumpy 0.0 to 0.1, 0.5; water_glass 0.9 to 1.2, 0.7; demo 4.8 to 6.4, 1.2 to 1.4; eye 11 to 16,
+/// 3.8; frosted 24 to 42, 3.4; the others far above.
+const CONNECTIONS_WORTH: f64 = 2.0;
 
 /// Aim pays from a place if it saves so many times what it adds: light that is aimed from one place has the less to gain
-/// from aim at the next, and aim makes the rest of the picture slower. Measured, of all places together: window 0.1, 1.0;
-/// eye 0, 0.9; figure4b 0.5, 0.9; frosted 1.7, 0.7; eye_small 3, 0.9; demo 5.5, 1.0; lumpy 7, 1.7; figure4a 16, 2.8;
-/// glass_sphere 20, 1.5; pane_sphere 40, 2.2; water_glass above 100, 4.
-const AIM_WORTH: f64 = 4.0;
+/// from aim at the next, and aim makes the rest of the picture slower. Measured, of all places together (as above):
+/// figure4b 0.3 to 0.8, 0.9; water 0.2 to 0.4, 0.9; frosted 0.4, 0.7; window 0.8, 1.0; eye_small 2, 0.9; demo 2.1 to 2.8,
+/// 1.0; glass_sphere 1.0 to 4.0, 0.9; lumpy 2.8 to 3.8, 1.7; figure4a_small 4 to 9, 3; figure4a 10 to 13, 2.8; pane_sphere
+/// 10 to 20, 2.2; water_glass above 100, 4.
+const AIM_WORTH: f64 = 3.0;
 
-/// Largest `1/(1 - w)`: a path that nothing else finds counts a million times.
-const MOST: f64 = 1e6;
+/// Fewer light subpaths pay if work times second moments falls to this share, the geometric mean of caustics and other
+/// light, and neither rises beyond the other number. Measured on glass_sphere, aimed (forecast for 1/4 with six seeds; error
+/// at equal time of caustics and the rest): 0.78 to 0.85 (caustics), 0.41, 0.41; the same for 1/2: frosted 0.93 to 0.99,
+/// 1.01, 0.79; window_small 1.03, 0.94, 0.85; figure4b 1.0, 0.99, 0.84; figure4b_small 0.98 to 1.03, 1.03, 0.92.
+const FEWER_WORTH: f64 = 0.95;
+const MOST_WORSE: f64 = 1.05;
 
 /// What the samples tell the tracers of their render.
 #[derive(Clone, Debug)]
@@ -56,46 +56,8 @@ pub(super) struct Pilot {
     pub(super) forecast: Option<Forecast>,
     /// What aiming was decided on, if it was.
     pub(super) aim_forecast: Option<Forecast>,
-}
-
-/// Second moments of caustics, and what there is to see.
-struct Moments {
-    /// Sum of all contributions but those of lights that the camera sees, perhaps through glass: they have no noise,
-    /// however bright, and no say in what is too much of it.
-    light: f32,
-    all: f64,
-    /// By how much more without caustic connections.
-    unconnected: f64,
-    /// By how much more without any aim.
-    unaimed: f64,
-    /// By how much more without that of one class of places.
-    unaimed_from: Vec<f64>,
-}
-
-impl Moments {
-    fn new() -> Moments {
-        Moments { light: 0.0, all: 0.0, unconnected: 0.0, unaimed: 0.0, unaimed_from: vec![0.0; CLASSES] }
-    }
-}
-
-impl Observer for Moments {
-    fn observe(&mut self, c: &Contribution) {
-        let most = c.weighted.max_element();
-        if most.is_finite() && !(c.camera.is_empty() && c.light.is_empty()) {
-            self.light += most;
-        }
-        let added = f64::from(most).powi(2);
-        if !c.is_caustic() || !added.is_finite() {
-            return;
-        }
-        let more = |ratio: f64| added * (1.0 - ratio) / (1.0 - c.weight * (1.0 - ratio)).max(1.0 / MOST);
-        self.all += added;
-        self.unconnected += if c.chain.is_some() { more(0.0) } else { 0.0 };
-        self.unaimed += c.light.last().map_or(0.0, |vertex| more(vertex.plain));
-        for (class, plain) in departures(c.start, c.light) {
-            self.unaimed_from[class] += more(plain);
-        }
-    }
+    /// Light subpaths per sample.
+    pub(super) light_subpaths: f64,
 }
 
 /// Pixel of a sample: multiples of the golden ratio, so that each group goes over the whole picture, and,
@@ -108,11 +70,29 @@ fn place(sample: u32, pixels: u64) -> u32 {
 struct Samples {
     /// Of each group.
     moments: Vec<Moments>,
-    /// In units of a ray: of all, and of the walks that roulette leaves.
-    work: [f64; 2],
+    /// For samples without light subpath, and for that.
+    work: [Work; 2],
     /// How often light subpaths went from each class of places where aim sends them more often.
     aimed: Vec<u64>,
     experience: Experience,
+}
+
+/// In units of a ray.
+#[derive(Clone, Copy)]
+struct Work {
+    rays: f64,
+    /// Walks that roulette leaves.
+    walks: f64,
+}
+
+impl Work {
+    fn all(&self) -> f64 {
+        self.rays + self.walks
+    }
+
+    fn so_far(tracer: &Tracer) -> Work {
+        Work { rays: (tracer.rays.total() - tracer.rays.walk) as f64, walks: tracer.walk_work() }
+    }
 }
 
 impl Samples {
@@ -123,10 +103,12 @@ impl Samples {
         tracer.trials = threshold.map(|_| Vec::new());
         let pixels = u64::from(settings.width) * u64::from(settings.height);
         let mut sample = Sample::default();
-        let mut aimed = vec![0; CLASSES];
-        let (mut means, mut moments) = (Vec::new(), Vec::new());
+        let (mut aimed, mut means) = (vec![0; CLASSES], Vec::new());
+        let mut work = [Work { rays: 0.0, walks: 0.0 }; 2];
+        let mut trials = [Vec::new(), Vec::new()];
+        let mut paths = Paths::new(view);
         for group in 0..GROUPS {
-            let mut of_group = Moments::new();
+            paths.begin_group();
             for i in 0..GROUP {
                 if cancel.is_cancelled() {
                     return None;
@@ -134,22 +116,36 @@ impl Samples {
                 sample.splats.clear();
                 let pixel = place(group * GROUP + i, pixels);
                 // Passes count up from 0 and never get there.
-                let pass = u32::MAX - group;
-                bdpt::sample(&mut tracer, view, settings.seed, pixel, pass, &mut sample, &mut of_group);
+                let (seed, pass) = (settings.seed, u32::MAX - group);
+                for part in [0, 1] {
+                    let before = Work::so_far(&tracer);
+                    match part {
+                        0 => bdpt::from_camera(&mut tracer, view, seed, pixel, pass, &mut sample, &mut paths),
+                        _ => bdpt::from_lights(&mut tracer, view, seed, pixel, pass, &mut sample, &mut paths),
+                    }
+                    let after = Work::so_far(&tracer);
+                    work[part].rays += after.rays - before.rays;
+                    work[part].walks += after.walks - before.walks;
+                    trials[part].extend(tracer.trials.iter_mut().flat_map(|t| t.drain(..)));
+                }
                 for (class, plain) in tracer.light_start.iter().flat_map(|s| departures(s, &tracer.light_vertices)) {
                     aimed[class] += u64::from(plain < 1.0);
                 }
             }
-            means.push(of_group.light / GROUP as f32);
-            moments.push(of_group);
+            means.push(paths.light / GROUP as f32);
         }
         means.sort_unstable_by(f32::total_cmp);
         let certain = threshold.unwrap_or(0.0) * means[means.len() / 2];
-        let trials = tracer.trials.take().unwrap_or_default();
-        let experience = if certain > 0.0 { Experience::new(&trials, certain) } else { Experience::default() };
-        let walks = tracer.walk_work() - roulette::spared(&trials, &experience);
-        let rays = (tracer.rays.total() - tracer.rays.walk) as f64;
-        Some(Samples { moments, work: [rays + walks, walks], aimed, experience })
+        let experience =
+            if certain > 0.0 { Experience::new(trials.iter().flatten(), certain) } else { Experience::default() };
+        for (work, trials) in work.iter_mut().zip(&trials) {
+            work.walks -= roulette::spared(trials, &experience);
+        }
+        Some(Samples { moments: paths.moments(), work, aimed, experience })
+    }
+
+    fn work(&self) -> f64 {
+        self.work.iter().map(Work::all).sum()
     }
 
     /// By how much a second moment is more, relative to what it is, in the groups where that is least.
@@ -168,6 +164,28 @@ impl Samples {
             self.saved(|m| m.unaimed_from[class]) > AIM_WORTH * its
         };
         (0..CLASSES).map(pays).collect()
+    }
+
+    /// How many light subpaths per sample pay. Each group has the same say: a bright path that one technique alone finds
+    /// must not decide.
+    fn light_subpaths(&self) -> f64 {
+        let [camera, light] = self.work.map(|w| w.all());
+        // Work times second moments of caustics and of other light, relative to those with one.
+        let cost = |k: usize, kind: usize| {
+            let groups = self.moments.iter().map(|m| m.by_number[kind]).filter(|m| m[0] > 0.0);
+            let (sum, n) = groups.fold((0.0, 0.0), |(sum, n), m| (sum + m[k] / m[0], n + 1.0));
+            (n > 0.0).then(|| sum / n * (camera + NUMBERS[k] * light) / (camera + light))
+        };
+        let mut best = (NUMBERS[0], FEWER_WORTH);
+        for (k, number) in NUMBERS.into_iter().enumerate().skip(1) {
+            let Some(caustics) = cost(k, 0) else { break };
+            let others = cost(k, 1).unwrap_or(caustics);
+            let both = (caustics * others).sqrt();
+            if caustics.max(others) < MOST_WORSE && both < best.1 {
+                best = (number, both);
+            }
+        }
+        best.0
     }
 }
 
@@ -194,23 +212,37 @@ pub(super) fn look(world: &World, view: &View, settings: &Settings, cancel: &Can
         && !settings.per_technique
         && !settings.caustics_only
         && !world.requirements.delta_lights;
+    let light_subpaths = match settings.integrator {
+        Integrator::Mnee => 0.0,
+        Integrator::Bdpt => settings.caustic_options.light_subpaths.map_or(1.0, f64::from),
+        Integrator::Path | Integrator::Light => 1.0,
+    };
+    let decides_number =
+        bidirectional && connects && settings.caustic_options.light_subpaths.is_none() && !settings.per_technique;
     let aims = world.requirements.caustics && (bidirectional || settings.integrator == Integrator::Light);
     let share = settings.caustic_options.aim.filter(|_| aims);
     let decides_aim = bidirectional && connects && settings.caustic_options.aim.is_none();
-    let plain = Pilot { aim: None, experience: Experience::default(), connects, forecast: None, aim_forecast: None };
+    let plain = Pilot {
+        aim: None,
+        experience: Experience::default(),
+        connects,
+        forecast: None,
+        aim_forecast: None,
+        light_subpaths,
+    };
     let share = if decides_aim { AIM } else { share.unwrap_or(0.0) };
     let targets = if share > 0.0 { aim::glass(world) } else { Default::default() };
     let aiming =
         |share: &dyn Fn(usize) -> f32| Pilot { aim: Some(Aimed::new(world, &targets, share)), ..plain.clone() };
     let mut pilot = if share > 0.0 { aiming(&|_| share) } else { plain.clone() };
-    if !connects || !(decides || decides_aim || threshold(settings).is_some()) {
+    if !connects || !(decides || decides_aim || decides_number || threshold(settings).is_some()) {
         return pilot;
     }
     let draw = |pilot: &Pilot| Samples::draw(world, view, settings, pilot, cancel);
     let Some(mut samples) = draw(&pilot) else { return pilot };
     if decides_aim {
         let Some(others) = draw(&plain) else { return pilot };
-        let added = |s: &Samples| s.work[0] / others.work[0] - 1.0;
+        let added = |s: &Samples| s.work() / others.work() - 1.0;
         let worth = samples.worth_aiming(added(&samples));
         if worth.contains(&true) {
             pilot = aiming(&|class| if worth[class] { share } else { 0.0 });
@@ -223,10 +255,14 @@ pub(super) fn look(world: &World, view: &View, settings: &Settings, cancel: &Can
         }
     }
     if decides {
-        let [all, walks] = samples.work;
-        let (saved, added) = (samples.saved(|m| m.unconnected), walks / (all - walks).max(1.0));
+        let walks: f64 = samples.work.iter().map(|w| w.walks).sum();
+        let (saved, added) = (samples.saved(|m| m.unconnected), walks / (samples.work() - walks).max(1.0));
         pilot.connects = saved > CONNECTIONS_WORTH * added;
         pilot.forecast = Some(forecast(saved, added));
+    }
+    // Without connections, light subpaths are all that finds caustics.
+    if decides_number && pilot.connects {
+        pilot.light_subpaths = samples.light_subpaths();
     }
     pilot.experience = samples.experience;
     pilot

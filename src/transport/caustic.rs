@@ -81,6 +81,12 @@ pub const AIM: f32 = 0.5;
 /// Largest share that may be aimed: what goes elsewhere would be all noise.
 pub const LARGEST_AIM: f32 = 0.95;
 
+/// Largest [`CausticOptions::light_subpaths`]: far beyond what pays.
+pub const MOST_LIGHT_SUBPATHS: f32 = 64.0;
+
+/// Smallest: below, even long renders have none.
+pub const LEAST_LIGHT_SUBPATHS: f32 = 1e-3;
+
 /// How caustic connections are made and weighed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CausticOptions {
@@ -104,6 +110,9 @@ pub struct CausticOptions {
     /// for none. By default [`AIM`] where a few samples before the render forecast that it pays, unless connections
     /// are switched off. For bidirectional path tracing and, on demand, light tracing.
     pub aim: Option<f32>,
+    /// Light subpaths per sample, from [`LEAST_LIGHT_SUBPATHS`] to [`MOST_LIGHT_SUBPATHS`]; fewer than 1 is a probability. By default
+    /// 1, or where connections are made as few as those samples forecast to pay.
+    pub light_subpaths: Option<f32>,
 }
 
 impl Default for CausticOptions {
@@ -117,6 +126,7 @@ impl Default for CausticOptions {
             further: 0.25,
             roulette: Roulette::Contribution(0.5),
             aim: None,
+            light_subpaths: None,
         }
     }
 }
@@ -134,6 +144,7 @@ impl CausticOptions {
             further: 1.0,
             roulette: Roulette::Lengths,
             aim: Some(0.0),
+            light_subpaths: Some(1.0),
         }
     }
 }

@@ -23,6 +23,8 @@ pub struct Joined {
     pub value: Rgb,
     /// Balance-heuristic weight of the technique.
     pub weight: f64,
+    /// Weight of all techniques that need no light subpath (s <= 1) together.
+    pub camera_only: f64,
     /// Their product. Finite also at a caustic, where the value is infinite and the weight zero.
     pub weighted: Rgb,
     /// The chain that a caustic connection went through.
@@ -34,13 +36,21 @@ pub struct Joined {
 }
 
 impl Joined {
-    fn regular(value: Rgb, weight: f64) -> Joined {
-        Joined { value, weight, weighted: value * weight as f32, chain: None, densities: None, raster: Vec2::ZERO }
+    fn regular(value: Rgb, weight: f64, camera_only: f64) -> Joined {
+        Joined {
+            value,
+            weight,
+            camera_only,
+            weighted: value * weight as f32,
+            chain: None,
+            densities: None,
+            raster: Vec2::ZERO,
+        }
     }
 
     /// From the value without its factor `J`, and the densities of this technique, `own`, and of all
     /// others together, over `J` as it enters the weights.
-    fn caustic(value: Rgb, cos_b: f64, own: f64, others: f64, chain: &CausticEdge) -> Joined {
+    fn caustic(value: Rgb, cos_b: f64, own: f64, others: f64, camera_only: f64, chain: &CausticEdge) -> Joined {
         let scale = |x: f64| (value.as_dvec3() * x).as_vec3();
         let own_here = own * chain.weight_inverse_jacobian / cos_b;
         // Exactly 1 with the exact term, also at a caustic.
@@ -52,6 +62,7 @@ impl Joined {
         Joined {
             value: scale(cos_b / chain.inverse_jacobian),
             weight: own_here / (own_here + others),
+            camera_only: camera_only / (own_here + others),
             weighted: scale(off * own / (own_here + others)),
             chain: Some(*chain),
             densities: None,
@@ -133,12 +144,13 @@ impl Tracer<'_> {
             value *= world.transmittance(a.medium_toward(world, light.wi), length);
         }
         let d = &light.densities;
-        let remainder = if self.camera_only { 0.0 } else { a.partial.at(scattering.pdf_reverse as f64) };
+        let remainder = a.partial.at(scattering.pdf_reverse as f64);
         let emission = d.position * d.direction * to_a * remainder;
         let hit = if d.hittable { scattering.pdf as f64 * to_light } else { 0.0 };
         let weight = weight::next_event(1.0, d.direct, emission, hit);
+        let camera_only = weight * (1.0 + hit / d.direct);
         let vertex = LightVertex { light: light.light, at: light.at, densities: *d };
-        Some((Joined::regular(value, weight), vertex, ray))
+        Some((Joined::regular(value, weight, camera_only), vertex, ray))
     }
 
     /// Connection of camera vertex `i` with light vertex `j`.
@@ -205,9 +217,11 @@ impl Tracer<'_> {
         }
         // R_i e_i and F_{i+1} g_{i+1}.
         let camera_side = at_b.pdf as f64 * cos_a * a.partial.at(at_a.pdf_reverse as f64);
-        let light_side = at_a.pdf as f64 * cos_b * b.partial.at(at_b.pdf_reverse as f64);
-        let weight = weight::connection(1.0, camera_side, light_side);
-        Some((Joined::regular(value, weight), Ray::between(&a.at, &b.at)))
+        let to_light = at_a.pdf as f64 * cos_b;
+        let light_side = to_light * b.partial.at(at_b.pdf_reverse as f64);
+        let weight = weight::connection(self.light_subpaths, camera_side, light_side);
+        let camera_only = weight * to_light * b.camera_only.at(at_b.pdf_reverse as f64) / self.light_subpaths;
+        Some((Joined::regular(value, weight, camera_only), Ray::between(&a.at, &b.at)))
     }
 
     /// Connection of light vertex `j` with the camera: the light image's share.
@@ -261,8 +275,9 @@ impl Tracer<'_> {
             value *= world.transmittance(medium, (seen.target - b.at.p).length());
         }
         let light_side = forward * b.partial.at(scattering.pdf_reverse as f64);
-        let weight = weight::connection(1.0, 0.0, light_side);
-        let joined = Joined { raster: seen.raster, ..Joined::regular(value, weight) };
+        let weight = weight::connection(self.light_subpaths, 0.0, light_side);
+        let camera_only = weight * forward * b.camera_only.at(scattering.pdf_reverse as f64) / self.light_subpaths;
+        let joined = Joined { raster: seen.raster, ..Joined::regular(value, weight, camera_only) };
         Some((joined, Ray::to_point(&b.at, seen.target)))
     }
 
@@ -291,12 +306,13 @@ impl Tracer<'_> {
                 Endpoint::Surface(y) => f64::from(y.ng.dot(chain.last).abs()),
                 Endpoint::Point(_) | Endpoint::Infinite(_) => 1.0,
             };
-            let remainder = if self.camera_only { 0.0 } else { a.partial.at(f64::from(scattering.pdf_reverse)) };
+            let remainder = a.partial.at(f64::from(scattering.pdf_reverse));
             let [toward_light, toward_camera] = chain.probability;
             let emission = densities.position * densities.direction * toward_camera * chain.etendue_ratio(cos_a, cos_b);
             let hit = if densities.hittable { f64::from(scattering.pdf) * toward_light } else { 0.0 };
             let others = emission * remainder + hit;
-            let joined = Joined::caustic(value / direct as f32, cos_b, direct, others, chain);
+            let camera_only = direct * chain.weight_inverse_jacobian / cos_b + hit;
+            let joined = Joined::caustic(value / direct as f32, cos_b, direct, others, camera_only, chain);
             self.joined.push(Joined { densities: Some(densities), ..joined.attempted(attempt * chain.attempt) });
             vertex = Some(LightVertex { light, at, densities });
         }
@@ -320,8 +336,10 @@ impl Tracer<'_> {
                 * toward_camera
                 * chain.etendue_ratio(cos_a, cos_b)
                 * a.partial.at(f64::from(at_a.pdf_reverse));
-            let light_side = f64::from(at_a.pdf) * toward_light * b.partial.at(f64::from(at_b.pdf_reverse));
-            let joined = Joined::caustic(value, cos_b, 1.0, camera_side + light_side, chain);
+            let to_light = f64::from(at_a.pdf) * toward_light;
+            let others = camera_side + to_light * b.partial.at(f64::from(at_b.pdf_reverse));
+            let camera_only = to_light * b.camera_only.at(f64::from(at_b.pdf_reverse));
+            let joined = Joined::caustic(value, cos_b, self.light_subpaths, others, camera_only, chain);
             self.joined.push(joined.attempted(attempt * chain.attempt));
         }
     }
@@ -341,8 +359,10 @@ impl Tracer<'_> {
                 continue;
             }
             let cos_b = f64::from(b.cos_g(chain.last));
-            let light_side = density * chain.probability[0] * b.partial.at(f64::from(at_b.pdf_reverse));
-            let joined = Joined::caustic(value, cos_b, 1.0, light_side, chain);
+            let forward = density * chain.probability[0];
+            let light_side = forward * b.partial.at(f64::from(at_b.pdf_reverse));
+            let camera_only = forward * b.camera_only.at(f64::from(at_b.pdf_reverse));
+            let joined = Joined::caustic(value, cos_b, self.light_subpaths, light_side, camera_only, chain);
             self.joined.push(Joined { raster: seen.raster, ..joined.attempted(attempt * chain.attempt) });
         }
     }

@@ -35,6 +35,8 @@ pub(super) struct OpenEdge {
     pub(super) forward_is_area: bool,
     /// The old vertex's `e` or `g`.
     pub(super) remainder: f64,
+    /// The part of that which needs no light subpath, of a light subpath's vertex.
+    pub(super) camera_only: f64,
     /// Geometric cosine at the old end; 1 at a point or at infinity.
     pub(super) cos: f64,
     pub(super) at_infinity: bool,
@@ -58,6 +60,7 @@ impl OpenEdge {
             forward: 0.0,
             forward_is_area: false,
             remainder: 0.0,
+            camera_only: 0.0,
             cos: 1.0,
             at_infinity: false,
             medium,
@@ -170,6 +173,7 @@ impl Tracer<'_> {
                 let value = self.evaluate(vertex, direction, walk.mode);
                 edge.forward = if value.pdf > 0.0 { value.pdf } else { sampled_density } as f64;
                 edge.remainder = vertex.partial.at(value.pdf_reverse as f64);
+                edge.camera_only = vertex.camera_only.at(value.pdf_reverse as f64);
                 edge.cos = vertex.cos_g(direction) as f64;
             }
         }
@@ -185,26 +189,31 @@ impl Tracer<'_> {
         walk: &Walk,
         end: &mut EdgeEnd,
         at: &Endpoint,
+        count: f64,
         wo: &mut Vec3,
-    ) -> (Partial, EdgeRecord) {
+    ) -> (Partial, Partial, EdgeRecord) {
         let mut technique = if edge.chain == 0 { 1.0 } else { 0.0 };
-        if edge.chain > 0 && self.caustics && edge.refracted && edge.chain as usize <= MAX_CHAIN {
+        if edge.chain > 0 && count > 0.0 && self.caustics && edge.refracted && edge.chain as usize <= MAX_CHAIN {
             technique = self.confirm_edge(edge, walk, end, at, wo);
         }
         let (forward, reverse_geometry, mut record) =
             edge.densities(self.world, self.options.geometry_term, walk.mode, end);
         record.technique = technique;
-        let remainder = if self.camera_only { 0.0 } else { edge.remainder };
-        let edge = match (&edge.departure, &self.light_start) {
+        let (remainder, camera_only) = (edge.remainder, edge.camera_only);
+        let (edge, camera_only) = match (&edge.departure, &self.light_start) {
             (Departure::Light, Some(start)) => {
                 let lights = &self.lights;
                 let direct = lights.direct_density(&self.world.shapes, start.light, &start.at, at.position());
                 let (position, hittable) = (start.densities.position, start.densities.hittable);
-                MacroEdge::from_light(technique, forward, reverse_geometry, direct, position, hittable)
+                let first = MacroEdge::from_light(technique, forward, reverse_geometry, direct, position, hittable);
+                (first, first)
             }
-            _ => MacroEdge { technique, forward, reverse_geometry, remainder },
+            _ => {
+                let next = |technique, remainder| MacroEdge { technique, forward, reverse_geometry, remainder };
+                (next(technique * count, remainder), next(0.0, camera_only))
+            }
         };
-        (edge.close(), record)
+        (edge.close(), camera_only.close(), record)
     }
 
     /// The end that an edge left; `None` where no connection from there is ever made through glass.

@@ -99,7 +99,7 @@ impl Moments {
 impl Experience {
     /// From trials that were not subject to roulette, and the contribution from which on an attempt of the
     /// render is certain.
-    pub fn new(trials: &[Trial], certain: f32) -> Experience {
+    pub fn new<'a>(trials: impl IntoIterator<Item = &'a Trial>, certain: f32) -> Experience {
         let mut classes = [[Moments::default(); 2]; CLASSES];
         let mut all = [Moments::default(); 2];
         for trial in trials {

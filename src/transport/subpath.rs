@@ -33,6 +33,8 @@ pub struct EmitterHit {
     pub value: Rgb,
     /// Weight of s = 0.
     pub weight: f64,
+    /// Weight of all techniques that need no light subpath (s <= 1) together.
+    pub camera_only: f64,
     /// Segments from the camera to the light.
     pub segments: u32,
     /// Connectable camera vertices before the light.
@@ -128,8 +130,9 @@ pub struct Tracer<'w> {
     pub(super) microfacets: [[Vec3; 2]; MAX_CHAIN],
     /// Whether the camera is connected through glass (t = 1).
     pub camera_caustics: bool,
-    /// Camera subpaths alone: next-event estimation and hits are the only techniques.
-    pub camera_only: bool,
+    /// Probability with which a sample has a light subpath. Without any, next-event estimation and hits are
+    /// the only techniques.
+    pub light_subpaths: f64,
     /// What the last connection was: a path, or one for each chain.
     pub joined: Vec<Joined>,
     /// The chains of the last caustic connection.
@@ -181,7 +184,7 @@ impl<'w> Tracer<'w> {
             refractors: &world.refractors,
             microfacets: [[Vec3::ZERO; 2]; MAX_CHAIN],
             camera_caustics: false,
-            camera_only: false,
+            light_subpaths: 1.0,
             joined: Vec::new(),
             chains: Vec::new(),
             options: CausticOptions::default(),
@@ -261,7 +264,7 @@ impl<'w> Tracer<'w> {
             camera: None,
             mode: TransportMode::Importance,
             ray,
-            beta: sample.beta,
+            beta: sample.beta / self.light_subpaths as f32,
             medium,
             segments: 0,
             max_segments: self.max_depth - 1,
@@ -324,13 +327,15 @@ impl<'w> Tracer<'w> {
             let bsdf = self.bsdf(hit.shape);
             if bsdf.connectable() {
                 let place = Endpoint::Surface(at);
-                let (partial, record) = self.close(&mut edge, &walk, &mut end, &place, &mut wo);
+                let (partial, camera_only, record) =
+                    self.close(&mut edge, &walk, &mut end, &place, self.light_subpaths, &mut wo);
                 let (aimed, toward) = self.aimed(&at, wo, walk.mode);
                 let vertex = Vertex {
                     at,
                     wo,
                     beta: walk.beta,
                     partial,
+                    camera_only,
                     segments: walk.segments,
                     medium: walk.medium,
                     aimed,
@@ -452,7 +457,7 @@ impl<'w> Tracer<'w> {
             return;
         };
         let place = Endpoint::Surface(*at);
-        let (partial, record) = self.close(edge, walk, end, &place, &mut wo);
+        let (partial, _, record) = self.close(edge, walk, end, &place, 1.0, &mut wo);
         let densities = if record.chain > 0 && record.technique > 0.0 {
             // The direction may have changed in its last bits.
             self.lights.densities(&self.world.shapes, light, &place, wo, edge.origin)
@@ -472,7 +477,7 @@ impl<'w> Tracer<'w> {
         let mut end = EdgeEnd { distance_squared: 0.0, cos: 1.0, at_infinity: true, medium: walk.medium };
         let place = Endpoint::Infinite(direction);
         let mut wo = -direction;
-        let (partial, record) = self.close(edge, walk, &mut end, &place, &mut wo);
+        let (partial, _, record) = self.close(edge, walk, &mut end, &place, 1.0, &mut wo);
         let start = LightVertex { light, at: place, densities };
         self.record_hit(walk, edge, (partial, record), radiance, -direction, start);
     }
@@ -487,12 +492,13 @@ impl<'w> Tracer<'w> {
         light: LightVertex,
     ) {
         // A light that the camera sees directly, or through a chain, is left to s = 0 alone.
-        let weight = match edge.departure {
+        let (weight, camera_only) = match edge.departure {
             Departure::Vertex { .. } => {
                 let d = &light.densities;
-                emitter_hit(partial, d.direct, d.position, d.direction)
+                let weight = emitter_hit(partial, d.direct, d.position, d.direction);
+                (weight, weight * (1.0 + d.direct * partial.alpha))
             }
-            _ => 1.0,
+            _ => (1.0, 1.0),
         };
         let vertices = match edge.departure {
             Departure::Vertex { index, .. } => index + 1,
@@ -501,6 +507,7 @@ impl<'w> Tracer<'w> {
         self.emitter_hits.push(EmitterHit {
             value: walk.beta * radiance,
             weight,
+            camera_only,
             segments: walk.segments,
             vertices,
             light,

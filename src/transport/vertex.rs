@@ -21,6 +21,8 @@ pub struct Vertex {
     pub beta: Rgb,
     /// The techniques that end before this vertex.
     pub partial: Partial,
+    /// Of a light subpath's vertex: those of them that need no light subpath (s <= 1).
+    pub camera_only: Partial,
     /// Segments between the subpath's start and this vertex, those inside chains included.
     pub segments: u32,
     /// Medium on the side of `wo`.

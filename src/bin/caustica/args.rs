@@ -181,6 +181,10 @@ pub(crate) struct Connections {
     /// [default: for bdpt with --caustics auto or on, 0.5 where a few samples forecast that it pays]
     #[arg(long, value_name = "P", value_parser = share)]
     pub(crate) aim: Option<f32>,
+    /// Light subpaths per sample of bdpt, from 0.001 to 64; fewer than 1 is a probability [default: 1, or where
+    /// connections are made as few as a few samples forecast to pay]
+    #[arg(long, value_name = "N", value_parser = positive)]
+    pub(crate) light_subpaths: Option<f64>,
     /// Most steps of a walk [default: 64 to lights that cannot be hit, else 24]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) walk_iterations: Option<u32>,
@@ -219,6 +223,7 @@ impl Connections {
             options.further = p;
         }
         options.aim = self.aim.or(options.aim);
+        options.light_subpaths = self.light_subpaths.map(|n| n as f32).or(options.light_subpaths);
         options.max_iterations = self.walk_iterations;
         if let Some(angle) = self.walk_tolerance {
             options.walk.tolerance = angle;
