@@ -225,7 +225,8 @@ mutation("forecast: not relative to what is around", "src/render/moments.rs",
          "path.added * path.added / (self.blocks[path.block].powi(2) + floor)", "path.added * path.added",
          ("lib", "a_bright_path_counts"))
 mutation("roulette: light that the camera sees is part of the mean radiance", "src/render/moments.rs",
-         "if !added.is_finite() || (c.camera.is_empty() && c.light.is_empty()) {", "if !added.is_finite() {",
+         "if !(added > 0.0 && added.is_finite()) || (c.camera.is_empty() && c.light.is_empty()) {",
+         "if !(added > 0.0 && added.is_finite()) {",
          ("options", "connections_are_made"))
 
 # Number of light subpaths.

@@ -101,6 +101,7 @@ pub(crate) fn from_lights<O: Observer>(
     out: &mut Sample,
     observer: &mut O,
 ) {
+    tracer.light_vertices.clear();
     let mut light_numbers = Sampler::new(seed, pixel, index, Stream::Light);
     for _ in 0..number_of_sample(tracer.light_subpaths, seed, pixel, index) {
         tracer.trace_light(&mut light_numbers);

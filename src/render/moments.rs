@@ -129,7 +129,7 @@ impl Paths<'_> {
 impl Observer for Paths<'_> {
     fn observe(&mut self, c: &Contribution) {
         let added = c.weighted.max_element();
-        if !added.is_finite() || (c.camera.is_empty() && c.light.is_empty()) {
+        if !(added > 0.0 && added.is_finite()) || (c.camera.is_empty() && c.light.is_empty()) {
             return;
         }
         let block = self.block(c.pixel);
