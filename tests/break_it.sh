@@ -220,9 +220,9 @@ mutation("caustic: opaque surfaces on the straight line stop the walk", "src/tra
          "const MOST_OPAQUE: u32 = 4;", "const MOST_OPAQUE: u32 = 0;",
          ("caustic", "passes_beside"))
 mutation("forecast: all light counts, not caustics alone", "src/render/moments.rs",
-         "if !path.caustic {", "if false {", ("lib", "other_light_is_no_part"))
+         "if path.light != Light::Caustic {", "if false {", ("lib", "other_light_is_no_part"))
 mutation("forecast: not relative to what is around", "src/render/moments.rs",
-         "path.added * path.added / (self.blocks[path.block].powi(2) + floor)", "path.added * path.added",
+         "all.add_scaled(m, 1.0 / square);", "all.add_scaled(m, 1.0);",
          ("lib", "a_bright_path_counts"))
 mutation("roulette: light that the camera sees is part of the mean radiance", "src/render/moments.rs",
          "if !(added > 0.0 && added.is_finite()) || (c.camera.is_empty() && c.light.is_empty()) {",

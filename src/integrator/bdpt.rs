@@ -1,5 +1,5 @@
-//! Bidirectional path tracing (Veach 1997, ch. 10): light subpaths for each camera subpath, one or,
-//! on average, fewer; all techniques s >= 0, t >= 1, weighted by the balance heuristic.
+//! Bidirectional path tracing (Veach 1997, ch. 10): one light subpath for each camera subpath, or
+//! another mean number; all techniques s >= 0, t >= 1, weighted by the balance heuristic.
 
 use super::{Contribution, Observer, Sample, Splat};
 use crate::camera::Camera;

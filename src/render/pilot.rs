@@ -106,7 +106,7 @@ impl Samples {
         let (mut aimed, mut means) = (vec![0; CLASSES], Vec::new());
         let mut work = [Work { rays: 0.0, walks: 0.0 }; 2];
         let mut trials = [Vec::new(), Vec::new()];
-        let mut paths = Paths::new(view);
+        let mut paths = Paths::new(view, settings.caustics_only);
         for group in 0..GROUPS {
             paths.begin_group();
             for i in 0..GROUP {
@@ -161,20 +161,23 @@ impl Samples {
         let all = self.aimed.iter().sum::<u64>().max(1) as f64;
         let pays = |class: usize| {
             let its = added.max(0.0) * self.aimed[class] as f64 / all;
-            self.saved(|m| m.unaimed_from[class]) > AIM_WORTH * its
+            self.saved(|m| m.unaimed_from.get(&class).copied().unwrap_or(0.0)) > AIM_WORTH * its
         };
         (0..CLASSES).map(pays).collect()
     }
 
-    /// How many light subpaths per sample pay. Each group has the same say: a bright path that one technique alone finds
-    /// must not decide.
+    /// How many light subpaths per sample pay. Of the mean over the groups and the mean over all paths the one that forecasts
+    /// more counts: a bright path that one technique alone finds must not decide.
     fn light_subpaths(&self) -> f64 {
         let [camera, light] = self.work.map(|w| w.all());
         // Work times second moments of caustics and of other light, relative to those with one.
         let cost = |k: usize, kind: usize| {
             let groups = self.moments.iter().map(|m| m.by_number[kind]).filter(|m| m[0] > 0.0);
-            let (sum, n) = groups.fold((0.0, 0.0), |(sum, n), m| (sum + m[k] / m[0], n + 1.0));
-            (n > 0.0).then(|| sum / n * (camera + NUMBERS[k] * light) / (camera + light))
+            let (ratios, [more, all], n) = groups.fold((0.0, [0.0; 2], 0), |(ratios, [more, all], n), m| {
+                (ratios + m[k] / m[0], [more + m[k], all + m[0]], n + 1)
+            });
+            let most = f64::max(ratios / n as f64, more / all);
+            (n >= TYPICAL).then(|| most * (camera + NUMBERS[k] * light) / (camera + light))
         };
         let mut best = (NUMBERS[0], FEWER_WORTH);
         for (k, number) in NUMBERS.into_iter().enumerate().skip(1) {
@@ -215,7 +218,8 @@ pub(super) fn look(world: &World, view: &View, settings: &Settings, cancel: &Can
     let light_subpaths = match settings.integrator {
         Integrator::Mnee => 0.0,
         Integrator::Bdpt => settings.caustic_options.light_subpaths.map_or(1.0, f64::from),
-        Integrator::Path | Integrator::Light => 1.0,
+        Integrator::Light => 1.0,
+        Integrator::Path => 0.0,
     };
     let decides_number =
         bidirectional && connects && settings.caustic_options.light_subpaths.is_none() && !settings.per_technique;
@@ -263,6 +267,12 @@ pub(super) fn look(world: &World, view: &View, settings: &Settings, cancel: &Can
     // Without connections, light subpaths are all that finds caustics.
     if decides_number && pilot.connects {
         pilot.light_subpaths = samples.light_subpaths();
+        // Of fewer light subpaths each counts more, and with it what roulette may expect of it.
+        if pilot.light_subpaths < 1.0
+            && let Some(fewer) = draw(&pilot)
+        {
+            samples = fewer;
+        }
     }
     pilot.experience = samples.experience;
     pilot
