@@ -6,7 +6,6 @@ mod common;
 use caustica::math::Rgb;
 use caustica::render::job::{Cancel, Integrator, RenderError, Settings, render};
 use caustica::scene::World;
-use caustica::transport::caustic::CausticOptions;
 use common::{Builder, settings};
 use glam::{DVec3, Vec3};
 use std::sync::Mutex;
@@ -134,31 +133,29 @@ fn a_time_limit_ends_the_render_after_a_whole_pass() {
 
 #[test]
 fn the_noise_estimate_is_the_noise() {
-    // Against the spread of independent runs, over all pixels. It compares odd passes with even ones: both need their
-    // share of light subpaths that are not in each of them.
+    // Against the spread of independent runs, over all pixels.
     let world = world();
-    for (integrator, light_subpaths) in [(Integrator::Path, None), (Integrator::Bdpt, Some(0.5))] {
-        let caustic_options = CausticOptions { light_subpaths, ..CausticOptions::default() };
-        let with = |seed| Settings { caustic_options, ..settings(integrator, 32, 32, seed) };
-        let runs: Vec<_> = (0..12).map(|seed| common::run(&world, &with(seed)).image).collect();
-        let n = runs[0].pixels.len();
-        let luminance = |r: usize, i: usize| f64::from(caustica::math::luminance(runs[r].pixels[i]));
-        let mut variance = 0.0;
-        let mut mean = 0.0;
-        for i in 0..n {
-            let values: Vec<f64> = (0..runs.len()).map(|r| luminance(r, i)).collect();
-            let (m, error) = common::stats::mean_and_error(&values);
-            variance += error * error * runs.len() as f64 / n as f64;
-            mean += m / n as f64;
-        }
-        let seen = Mutex::new(0.0);
-        render(&world, &with(77), &Cancel::default(), &|p| *seen.lock().expect("no panic") = f64::from(p.noise))
-            .expect("a render");
-        let (estimate, truth) = (seen.into_inner().expect("no panic"), variance.sqrt() / mean);
-        println!("noise estimated {estimate:.4}, measured {truth:.4}");
-        // The estimate compares two halves that share a stratified pixel position: it is a rough number.
-        assert!((0.5..2.0).contains(&(estimate / truth)), "{integrator:?}: {estimate} against {truth}");
+    let runs: Vec<_> =
+        (0..12).map(|seed| common::run(&world, &settings(Integrator::Path, 32, 32, seed)).image).collect();
+    let n = runs[0].pixels.len();
+    let luminance = |r: usize, i: usize| f64::from(caustica::math::luminance(runs[r].pixels[i]));
+    let mut variance = 0.0;
+    let mut mean = 0.0;
+    for i in 0..n {
+        let values: Vec<f64> = (0..runs.len()).map(|r| luminance(r, i)).collect();
+        let (m, error) = common::stats::mean_and_error(&values);
+        variance += error * error * runs.len() as f64 / n as f64;
+        mean += m / n as f64;
     }
+    let seen = Mutex::new(0.0);
+    render(&world, &settings(Integrator::Path, 32, 32, 77), &Cancel::default(), &|p| {
+        *seen.lock().expect("no panic") = f64::from(p.noise);
+    })
+    .expect("a render");
+    let (estimate, truth) = (seen.into_inner().expect("no panic"), variance.sqrt() / mean);
+    println!("noise estimated {estimate:.4}, measured {truth:.4}");
+    // The estimate compares two halves that share a stratified pixel position: it is a rough number.
+    assert!((0.5..2.0).contains(&(estimate / truth)), "{estimate} against {truth}");
 }
 
 #[test]
