@@ -220,12 +220,13 @@ mutation("caustic: opaque surfaces on the straight line stop the walk", "src/tra
          "const MOST_OPAQUE: u32 = 4;", "const MOST_OPAQUE: u32 = 0;",
          ("caustic", "passes_beside"))
 mutation("forecast: all light counts, not caustics alone", "src/render/moments.rs",
-         "if !path.caustic {", "if false {", ("lib", "other_light_is_no_part"))
+         "if path.light != Light::Caustic {", "if false {", ("lib", "other_light_is_no_part"))
 mutation("forecast: not relative to what is around", "src/render/moments.rs",
-         "path.added * path.added / (self.blocks[path.block].powi(2) + floor)", "path.added * path.added",
+         "all.add_scaled(m, 1.0 / square);", "all.add_scaled(m, 1.0);",
          ("lib", "a_bright_path_counts"))
 mutation("roulette: light that the camera sees is part of the mean radiance", "src/render/moments.rs",
-         "if !added.is_finite() || (c.camera.is_empty() && c.light.is_empty()) {", "if !added.is_finite() {",
+         "if !(added > 0.0 && added.is_finite()) || (c.camera.is_empty() && c.light.is_empty()) {",
+         "if !(added > 0.0 && added.is_finite()) {",
          ("options", "connections_are_made"))
 
 # Number of light subpaths.
@@ -237,6 +238,8 @@ mutation("light subpaths: their number in the weights of what is not connected",
 mutation("light subpaths: their throughput", "src/transport/subpath.rs",
          "beta: sample.beta / self.light_subpaths as f32", "beta: sample.beta",
          ("options", "number_of_light_subpaths_changes"))
+mutation("light subpaths: in every second sample", "src/math/sampler.rs",
+         "sample.wrapping_mul(0x9e37_79b9)", "sample.wrapping_mul(0x8000_0000)", ("lib", "numbers_of_samples"))
 mutation("light subpaths: forecast as if all paths needed one", "src/render/moments.rs",
          "path.camera_only + number * (1.0 - path.camera_only)", "number", ("options", "as_many_light_subpaths"))
 

@@ -233,7 +233,7 @@ impl Observer for Check<'_> {
         // Without light subpath: by next-event estimation or by running into the light.
         let camera_only: f64 = shares.iter().rev().take(2).sum();
         let errors = [c.weight - shares[technique], sum - 1.0, c.camera_only - camera_only];
-        let error = errors.iter().fold(0.0, |worst: f64, e| if e.is_nan() { *e } else { worst.max(e.abs()) });
+        let error = errors.iter().map(|e| if e.is_nan() { f64::INFINITY } else { e.abs() }).fold(0.0, f64::max);
         self.paths += 1;
         self.with_chain += usize::from(path.edges.iter().any(|e| e.0.chain > 0));
         self.with_walk += usize::from(path.edges.iter().any(|e| e.0.chain > 0 && e.0.technique > 0.0));

@@ -1,5 +1,5 @@
-//! Bidirectional path tracing (Veach 1997, ch. 10): light subpaths for each camera subpath, one or,
-//! on average, fewer; all techniques s >= 0, t >= 1, weighted by the balance heuristic.
+//! Bidirectional path tracing (Veach 1997, ch. 10): one light subpath for each camera subpath, or
+//! another mean number; all techniques s >= 0, t >= 1, weighted by the balance heuristic.
 
 use super::{Contribution, Observer, Sample, Splat};
 use crate::camera::Camera;
@@ -101,6 +101,7 @@ pub(crate) fn from_lights<O: Observer>(
     out: &mut Sample,
     observer: &mut O,
 ) {
+    tracer.light_vertices.clear();
     let mut light_numbers = Sampler::new(seed, pixel, index, Stream::Light);
     for _ in 0..number_of_sample(tracer.light_subpaths, seed, pixel, index) {
         tracer.trace_light(&mut light_numbers);

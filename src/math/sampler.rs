@@ -79,14 +79,14 @@ pub fn pixel_position(seed: u64, pixel: u32, sample: u32) -> Vec2 {
     Vec2::new(coordinate(shift, STEP[0]), coordinate(shift >> 32, STEP[1]))
 }
 
-/// How many of something a sample of a pixel has, if a sample has `number` on average: with successive samples as evenly as
-/// can be, shifted at random for each pixel.
+/// How many of something a sample of a pixel has, if a sample has `number` on average: the whole part of that, and one
+/// more where the multiples of the golden ratio, shifted at random for each pixel, fall into the rest. So successive
+/// samples, and odd ones and even ones alike, have nearly their share, and not where [`pixel_position`] returns to.
 #[inline]
-pub fn number_of_sample(number: f64, seed: u64, pixel: u32, sample: u32) -> u64 {
-    let step = (number * (1u64 << 32) as f64) as u64;
-    let shift = mix(mix(!seed ^ GOLDEN).wrapping_add(pixel as u64)) >> 32;
-    let before = shift.wrapping_add(step.wrapping_mul(sample.into()));
-    (before.wrapping_add(step) >> 32).wrapping_sub(before >> 32) & 0xffff_ffff
+pub fn number_of_sample(number: f64, seed: u64, pixel: u32, sample: u32) -> u32 {
+    let shift = (mix(mix(!seed ^ GOLDEN).wrapping_add(pixel as u64)) >> 32) as u32;
+    let x = shift.wrapping_add(sample.wrapping_mul(0x9e37_79b9));
+    number as u32 + u32::from(f64::from(x) < number.fract() * (1u64 << 32) as f64)
 }
 
 #[cfg(test)]
@@ -135,25 +135,25 @@ mod tests {
 
     #[test]
     fn numbers_of_samples_come_to_their_mean_and_evenly() {
-        for number in [0.0, 1e-3, 0.125, 0.3, 1.0, 2.5, 64.0] {
-            let (pixels, samples) = (1000, 40);
+        for number in [0.0, 1e-3, 0.01, 0.125, 0.37, 1.0, 2.61, 64.0] {
+            let (pixels, samples) = (4000, 3);
             let mut all = 0;
             for pixel in 0..pixels {
-                let of_pixel: u64 = (0..samples).map(|i| number_of_sample(number, 7, pixel, i)).sum();
-                let expected = number * f64::from(samples);
-                assert!((of_pixel as f64 - expected).abs() < 1.0, "{number}: {of_pixel} of {expected}");
-                all += of_pixel;
+                let of = |samples: std::ops::Range<u32>, step| {
+                    let numbers = samples.step_by(step).map(|i| number_of_sample(number, 7, pixel, i));
+                    f64::from(numbers.sum::<u32>())
+                };
+                // Of hundred samples, and of fifty odd ones, from the first and before the last.
+                for (range, step, n) in [(0..100, 1, 100.0), (1..101, 2, 50.0), (u32::MAX - 100..u32::MAX, 2, 50.0)] {
+                    let sum = of(range, step);
+                    assert!((sum - number * n).abs() < 3.0, "{number}: {sum} of {}", number * n);
+                }
+                all += of(0..samples, 1) as u32;
             }
-            // A shift that is uniform rounds each pixel's number up or down; five standard errors at most.
-            let expected = number * f64::from(pixels * samples);
-            assert!(
-                (all as f64 - expected).abs() <= 5.0 * 0.5 * f64::from(pixels).sqrt(),
-                "{number}: {all} of {expected}"
-            );
+            // Shifts are independent from pixel to pixel: five standard errors of independent samples at most.
+            let (n, rest) = (f64::from(pixels * samples), number.fract());
+            let error = (n * rest * (1.0 - rest)).sqrt();
+            assert!((f64::from(all) - n * number).abs() <= 5.0 * error, "{number}: {all} of {}", n * number);
         }
-        // The last samples, which come before a render's first, are no exception.
-        assert_eq!(number_of_sample(1.0, 1, 2, u32::MAX), 1);
-        let last = (0..4000).map(|i| number_of_sample(0.25, 1, 2, u32::MAX - i)).sum::<u64>();
-        assert!((999..=1001).contains(&last), "{last}");
     }
 }

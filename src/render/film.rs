@@ -4,7 +4,7 @@ use super::{Image, job::RenderError};
 use crate::math::{Rgb, luminance};
 use glam::DVec3;
 
-/// Sums over whole passes, one sample per pixel and one light subpath per pixel in each.
+/// Sums over whole passes, one sample per pixel with its light subpaths in each.
 pub struct Film {
     /// Columns.
     pub width: u32,

@@ -1,5 +1,5 @@
 //! Handing out and folding in the work of a render. A pass is one sample of every pixel with its light
-//! subpath, cut into tiles; passes enter the film whole, tile by tile in their order, so that the sums
+//! subpaths, cut into tiles; passes enter the film whole, tile by tile in their order, so that the sums
 //! do not depend on who computed what and when.
 
 use super::film::Film;

@@ -84,7 +84,7 @@ pub const LARGEST_AIM: f32 = 0.95;
 /// Largest [`CausticOptions::light_subpaths`]: far beyond what pays.
 pub const MOST_LIGHT_SUBPATHS: f32 = 64.0;
 
-/// Smallest: below, even long renders have none.
+/// Smallest: far below what pays.
 pub const LEAST_LIGHT_SUBPATHS: f32 = 1e-3;
 
 /// How caustic connections are made and weighed.
@@ -110,7 +110,7 @@ pub struct CausticOptions {
     /// for none. By default [`AIM`] where a few samples before the render forecast that it pays, unless connections
     /// are switched off. For bidirectional path tracing and, on demand, light tracing.
     pub aim: Option<f32>,
-    /// Light subpaths per sample, from [`LEAST_LIGHT_SUBPATHS`] to [`MOST_LIGHT_SUBPATHS`]; fewer than 1 is a probability. By default
+    /// Light subpaths per sample, from [`LEAST_LIGHT_SUBPATHS`] to [`MOST_LIGHT_SUBPATHS`]; with fewer than 1 some samples have none. By default
     /// 1, or where connections are made as few as those samples forecast to pay.
     pub light_subpaths: Option<f32>,
 }

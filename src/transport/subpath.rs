@@ -130,8 +130,8 @@ pub struct Tracer<'w> {
     pub(super) microfacets: [[Vec3; 2]; MAX_CHAIN],
     /// Whether the camera is connected through glass (t = 1).
     pub camera_caustics: bool,
-    /// Probability with which a sample has a light subpath. Without any, next-event estimation and hits are
-    /// the only techniques.
+    /// Mean number of light subpaths of a sample. Without any, next-event estimation and hits are the only
+    /// techniques.
     pub light_subpaths: f64,
     /// What the last connection was: a path, or one for each chain.
     pub joined: Vec<Joined>,

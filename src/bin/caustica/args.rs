@@ -181,7 +181,7 @@ pub(crate) struct Connections {
     /// [default: for bdpt with --caustics auto or on, 0.5 where a few samples forecast that it pays]
     #[arg(long, value_name = "P", value_parser = share)]
     pub(crate) aim: Option<f32>,
-    /// Light subpaths per sample of bdpt, from 0.001 to 64; fewer than 1 is a probability [default: 1, or where
+    /// Light subpaths per sample of bdpt, from 0.001 to 64; with fewer than 1 some samples have none [default: 1, or where
     /// connections are made as few as a few samples forecast to pay]
     #[arg(long, value_name = "N", value_parser = positive)]
     pub(crate) light_subpaths: Option<f64>,
