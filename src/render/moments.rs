@@ -18,8 +18,8 @@ use crate::integrator::{Contribution, Observer};
 use crate::transport::aim::departures;
 use std::collections::BTreeMap;
 
-/// Numbers of light subpaths per sample that are chosen from. More than one seldom bring anything: with 2 and 4 the error of
-/// caustics at equal time was 1.14 and 2.2 times that with one on figure4a, 0.9 and 1.1 on eye, 1.4 and 2.6 on
+/// Numbers of light subpaths per sample that are chosen from. More than one seldom brings anything: with 2 and 4 the error
+/// of caustics at equal time was 1.14 and 2.2 times that with one on figure4a, 0.9 and 1.1 on eye, 1.4 and 2.6 on
 /// `eye_small`, 1.06 and 1.4 on water_glass, 1.04 and 1.2 on demo.
 pub(super) const NUMBERS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
 

@@ -18,7 +18,7 @@ use crate::transport::roulette::{self, Roulette};
 
 /// Samples, in groups. The median of their means counts, and the ten of them that forecast least: a few rare paths must
 /// not decide. They take a tenth of a second at most on the scenes here; with aim to decide on they are drawn
-/// twice, and again if there will be any.
+/// twice, and again if there will be any, and once more for fewer light subpaths.
 const GROUPS: u32 = 16;
 const TYPICAL: usize = 10;
 const GROUP: u32 = 256;

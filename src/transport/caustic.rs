@@ -110,8 +110,9 @@ pub struct CausticOptions {
     /// for none. By default [`AIM`] where a few samples before the render forecast that it pays, unless connections
     /// are switched off. For bidirectional path tracing and, on demand, light tracing.
     pub aim: Option<f32>,
-    /// Light subpaths per sample, from [`LEAST_LIGHT_SUBPATHS`] to [`MOST_LIGHT_SUBPATHS`]; with fewer than 1 some samples have none. By default
-    /// 1, or where connections are made as few as those samples forecast to pay.
+    /// Light subpaths per sample, from [`LEAST_LIGHT_SUBPATHS`] to [`MOST_LIGHT_SUBPATHS`]; with fewer than 1 some samples
+    /// have none. By default 1, or where connections are made as few as those samples forecast to pay. For
+    /// bidirectional path tracing.
     pub light_subpaths: Option<f32>,
 }
 

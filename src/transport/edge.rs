@@ -182,7 +182,9 @@ impl Tracer<'_> {
     /// Closes an edge at `end`, a vertex or light that is reached against the direction `wo`. Where a
     /// connection would have found the edge's chain, the connection's version of it replaces the
     /// sampled one, and `wo` with it: both are the same path, but for the rounding of the walk's f32
-    /// positions, and now to the last bit.
+    /// positions, and now to the last bit. `count` is the number of samples of the technique across the edge; a light's
+    /// own next-event estimation always counts 1. Beside the vertex's partial, the part of it that needs no light
+    /// subpath, which makes sense for light subpaths.
     pub(super) fn close(
         &mut self,
         edge: &mut OpenEdge,
