@@ -165,7 +165,9 @@ fn there_are_as_many_light_subpaths_as_pay() {
 #[test]
 fn light_is_aimed_where_it_pays() {
     // By the forecast: at the glass of Figure 4a, not at a pane that fills half of what the lamp sees.
-    for (scene, aims) in [("figure4a", true), ("water_glass", true), ("pane_sphere", true), ("window", false)] {
+    for (scene, aims) in
+        [("figure4a", true), ("water_glass", true), ("pane_sphere", true), ("glass_sphere", true), ("window", false)]
+    {
         let world = scene_of_this_repository(scene);
         let render = |aim, caustics| {
             let caustic_options = CausticOptions { aim, ..CausticOptions::default() };
