@@ -238,8 +238,9 @@ mutation("light subpaths: their number in the weights of what is not connected",
 mutation("light subpaths: their throughput", "src/transport/subpath.rs",
          "beta: sample.beta / self.light_subpaths as f32", "beta: sample.beta",
          ("options", "number_of_light_subpaths_changes"))
-mutation("light subpaths: in every second sample", "src/math/sampler.rs",
-         "sample.wrapping_mul(0x9e37_79b9)", "sample.wrapping_mul(0x8000_0000)", ("lib", "numbers_of_samples"))
+mutation("light subpaths: as many in each sample", "src/integrator/bdpt.rs",
+         "(tracer.light_subpaths + f64::from(light_numbers.next_1d())) as u32", "tracer.light_subpaths.ceil() as u32",
+         ("options", "number_of_light_subpaths_changes"))
 mutation("light subpaths: forecast as if all paths needed one", "src/render/moments.rs",
          "path.camera_only + number * (1.0 - path.camera_only)", "number", ("options", "as_many_light_subpaths"))
 

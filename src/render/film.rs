@@ -14,8 +14,8 @@ pub struct Film {
     pub passes: u32,
     camera: Vec<DVec3>,
     light: Vec<DVec3>,
-    /// Luminance of the odd passes, whose difference to the even ones tells the noise.
-    odd: Vec<f32>,
+    /// Luminance of one half of the passes, whose difference to the others tells the noise.
+    half: Vec<f32>,
 }
 
 impl Film {
@@ -23,13 +23,13 @@ impl Film {
     pub fn new(width: u32, height: u32) -> Result<Film, RenderError> {
         let n = width as usize * height as usize;
         let out_of_memory = |_| RenderError::OutOfMemory { width, height };
-        let mut film = Film { width, height, passes: 0, camera: Vec::new(), light: Vec::new(), odd: Vec::new() };
+        let mut film = Film { width, height, passes: 0, camera: Vec::new(), light: Vec::new(), half: Vec::new() };
         film.camera.try_reserve_exact(n).map_err(out_of_memory)?;
         film.light.try_reserve_exact(n).map_err(out_of_memory)?;
-        film.odd.try_reserve_exact(n).map_err(out_of_memory)?;
+        film.half.try_reserve_exact(n).map_err(out_of_memory)?;
         film.camera.resize(n, DVec3::ZERO);
         film.light.resize(n, DVec3::ZERO);
-        film.odd.resize(n, 0.0);
+        film.half.resize(n, 0.0);
         Ok(film)
     }
 
@@ -42,8 +42,8 @@ impl Film {
     #[inline]
     pub fn add_camera(&mut self, pixel: u32, value: Rgb) {
         self.camera[pixel as usize] += value.as_dvec3();
-        if self.passes % 2 == 1 {
-            self.odd[pixel as usize] += luminance(value);
+        if in_half(self.passes) {
+            self.half[pixel as usize] += luminance(value);
         }
     }
 
@@ -51,8 +51,8 @@ impl Film {
     #[inline]
     pub fn add_light(&mut self, pixel: u32, value: Rgb) {
         self.light[pixel as usize] += value.as_dvec3();
-        if self.passes % 2 == 1 {
-            self.odd[pixel as usize] += luminance(value);
+        if in_half(self.passes) {
+            self.half[pixel as usize] += luminance(value);
         }
     }
 
@@ -64,14 +64,16 @@ impl Film {
     }
 
     /// Estimated relative standard error of the image: half the RMS difference of the mean luminance
-    /// of odd and even passes, over the mean luminance. NaN before the second pass.
+    /// of two halves of the passes, over the mean luminance. NaN before the second pass. The halves together fill the
+    /// space of paths more evenly than each alone, so where samples are even it is rather too high.
     pub fn noise(&self) -> f32 {
-        let odd_passes = f64::from(self.passes / 2);
-        let even_passes = f64::from(self.passes) - odd_passes;
+        // One of each pair.
+        let in_it = f64::from(self.passes / 2 + u32::from(self.passes % 2 == 1 && in_half(self.passes - 1)));
+        let others = f64::from(self.passes) - in_it;
         let (mut squares, mut sum) = (0.0, 0.0);
-        for ((c, l), &odd) in self.camera.iter().zip(&self.light).zip(&self.odd) {
+        for ((c, l), &half) in self.camera.iter().zip(&self.light).zip(&self.half) {
             let total = f64::from(luminance((*c + *l).as_vec3()));
-            let difference = f64::from(odd) / odd_passes - (total - f64::from(odd)) / even_passes;
+            let difference = f64::from(half) / in_it - (total - f64::from(half)) / others;
             squares += difference * difference;
             sum += total;
         }
@@ -79,4 +81,11 @@ impl Film {
         let mean = sum / n / f64::from(self.passes);
         ((squares / n).sqrt() / 2.0 / mean) as f32
     }
+}
+
+/// Whether the number of a pass has an odd number of ones in binary (Thue-Morse). So each half of the points of a Sobol
+/// sequence is nearly as even as as many successive ones; the odd points would all lie in one half of the space.
+#[inline]
+fn in_half(pass: u32) -> bool {
+    pass.count_ones() % 2 == 1
 }
