@@ -2,7 +2,7 @@
 //! else, so that an image does not depend on threads, tiles or time.
 
 use glam::Vec2;
-use sobol_burley::parts::{Int4, hash_int4, owen_scramble_int4_rev, sobol_int4_rev};
+use sobol_burley::parts::{Int4, owen_scramble_int4_rev, sobol_int4_rev};
 
 /// Which random decision sequence of a sample. Two sequences never share numbers, so switching one
 /// technique on or off leaves the others' paths as they were.
@@ -73,19 +73,19 @@ impl Sampler {
     }
 
     fn next_set(&mut self) -> [f32; 4] {
-        if self.set < self.end {
-            // One scrambling for each dimension; of seeds that follow each other the hash makes unrelated ones.
-            let scramble = Int4::from([0, 1, 2, 3].map(|i| (self.state as u32).wrapping_add(4 * self.set + i)));
-            let point = sobol_int4_rev(self.index.reverse_bits(), self.set);
-            self.set += 1;
-            if self.set == self.end {
-                self.state = mix(self.state ^ self.index as u64);
-            }
-            return owen_scramble_int4_rev(point, hash_int4(scramble)).reverse_bits().to_f32_norm();
-        }
-        let unit = |bits: u64| (bits >> 40) as f32 * (1.0 / (1u64 << 24) as f32);
         let (a, b) = (self.next_u64(), self.next_u64());
-        [unit(a), unit(a << 32), unit(b), unit(b << 32)]
+        let halves = [a as u32, (a >> 32) as u32, b as u32, (b >> 32) as u32];
+        if self.set == self.end {
+            return halves.map(|bits| (bits >> 8) as f32 * (1.0 / (1 << 24) as f32));
+        }
+        // A scrambling for each dimension; the crate's own makes them from one number by a hash of 32 bits, whose
+        // correlations are biases of 1e-4.
+        let point = sobol_int4_rev(self.index.reverse_bits(), self.set);
+        self.set += 1;
+        if self.set == self.end {
+            self.state = mix(self.state ^ self.index as u64);
+        }
+        owen_scramble_int4_rev(point, Int4::from(halves)).reverse_bits().to_f32_norm()
     }
 
     /// Uniform in `[0, 1)`, at least 23 bits.
