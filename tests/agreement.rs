@@ -64,7 +64,7 @@ fn techniques_on_glossy_surfaces() {
 
 #[test]
 fn techniques_with_shading_normals() {
-    techniques_agree("smooth normals", &scenes::smooth_normals(), 256, &[0.015, 0.04]);
+    techniques_agree("smooth normals", &scenes::smooth_normals(), 1024, &[0.015, 0.04]);
 }
 
 #[test]

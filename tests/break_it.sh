@@ -241,6 +241,12 @@ mutation("light subpaths: their throughput", "src/transport/subpath.rs",
 mutation("light subpaths: as many in each sample", "src/integrator/bdpt.rs",
          "(tracer.light_subpaths + f64::from(light_numbers.next_1d())) as u32", "tracer.light_subpaths.ceil() as u32",
          ("options", "number_of_light_subpaths_changes"))
+mutation("sampler: one scrambling for four dimensions", "src/math/sampler.rs",
+         "Int4::from(halves)", "Int4::from([halves[0]; 4])", ("lib", "the_numbers_of_one_sample"))
+mutation("sampler: all samples the same point", "src/math/sampler.rs",
+         "index: sample % POINTS", "index: 0", ("lib", "samples_of_a_pixel"))
+mutation("noise: halves that are no sequences", "src/render/film.rs",
+         "pass.count_ones() % 2 == 1", "pass % 2 == 1", ("job", "the_noise_estimate"))
 mutation("light subpaths: forecast as if all paths needed one", "src/render/moments.rs",
          "path.camera_only + number * (1.0 - path.camera_only)", "number", ("options", "as_many_light_subpaths"))
 
