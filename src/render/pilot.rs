@@ -36,12 +36,6 @@ const CONNECTIONS_WORTH: f64 = 2.0;
 /// 10 to 20, 2.2; water_glass above 100, 4. The errors were measured with an earlier forecast; 4 and 2.5 were tried, too.
 const AIM_WORTH: f64 = 3.0;
 
-/// The same from lights that cannot be hit: of these light subpaths alone find what connections miss, and without aim
-/// as single bright paths, which the typical groups do not have. On glass_sphere (0.7 to 3.0 times with six seeds) the
-/// error at equal time is 3.3 times as high without, with the number of light subpaths that is chosen then. Set on this
-/// scene alone.
-const AIM_WORTH_FROM_DELTA_LIGHTS: f64 = 1.0;
-
 /// Fewer light subpaths pay if work times second moments falls to this share, the geometric mean of caustics and other
 /// light, and neither rises beyond the other number. Measured (forecast of caustics with six seeds; error at equal time
 /// of caustics and of the rest, over those with one): a quarter on glass_sphere, aimed, 0.8, 0.4, 0.4; half of them on
@@ -152,8 +146,10 @@ impl Samples {
         Some(Samples { moments: paths.moments(), work, aimed, experience })
     }
 
-    fn work(&self) -> f64 {
-        self.work.iter().map(Work::all).sum()
+    /// With so many light subpaths a sample.
+    fn work(&self, light_subpaths: f64) -> f64 {
+        let [camera, light] = self.work.map(|w| w.all());
+        camera + light_subpaths * light
     }
 
     /// By how much a second moment is more, relative to what it is, in the groups where that is least.
@@ -165,12 +161,11 @@ impl Samples {
     }
 
     /// By class of places, whether aim pays from there, if all of it adds so much to the work.
-    fn worth_aiming(&self, added: f64, delta_lights: bool) -> Vec<bool> {
+    fn worth_aiming(&self, added: f64) -> Vec<bool> {
         let all = self.aimed.iter().sum::<u64>().max(1) as f64;
         let pays = |class: usize| {
             let its = added.max(0.0) * self.aimed[class] as f64 / all;
-            let worth = if delta_lights && aim::is_of_lights(class) { AIM_WORTH_FROM_DELTA_LIGHTS } else { AIM_WORTH };
-            self.saved(|m| m.unaimed_from.get(&class).copied().unwrap_or(0.0)) > worth * its
+            self.saved(|m| m.unaimed_from.get(&class).copied().unwrap_or(0.0)) > AIM_WORTH * its
         };
         (0..CLASSES).map(pays).collect()
     }
@@ -178,7 +173,6 @@ impl Samples {
     /// How many light subpaths per sample pay. Of the mean over the groups and the mean over all paths the one that forecasts
     /// more counts: a bright path that one technique alone finds must not decide.
     fn light_subpaths(&self) -> f64 {
-        let [camera, light] = self.work.map(|w| w.all());
         // Work times second moments of caustics and of other light, relative to those with one.
         let cost = |k: usize, kind: usize| {
             let groups = self.moments.iter().map(|m| m.by_number[kind]).filter(|m| m[0] > 0.0);
@@ -186,7 +180,7 @@ impl Samples {
                 (ratios + m[k] / m[0], [more + m[k], all + m[0]], n + 1)
             });
             let most = f64::max(ratios / n as f64, more / all);
-            (n >= TYPICAL).then(|| most * (camera + NUMBERS[k] * light) / (camera + light))
+            (n >= TYPICAL).then(|| most * self.work(NUMBERS[k]) / self.work(1.0))
         };
         let mut best = (NUMBERS[0], FEWER_WORTH);
         for (k, number) in NUMBERS.into_iter().enumerate().skip(1) {
@@ -255,8 +249,10 @@ pub(super) fn look(world: &World, view: &View, settings: &Settings, cancel: &Can
     let Some(mut samples) = draw(&pilot) else { return pilot };
     if decides_aim {
         let Some(others) = draw(&plain) else { return pilot };
-        let added = |s: &Samples| s.work() / others.work() - 1.0;
-        let worth = samples.worth_aiming(added(&samples), world.requirements.delta_lights);
+        // Where there will be connections, with as many light subpaths as then pay.
+        let number = |s: &Samples| if decides_number && !decides { s.light_subpaths() } else { 1.0 };
+        let added = |s: &Samples| s.work(number(s)) / others.work(number(&others)) - 1.0;
+        let worth = samples.worth_aiming(added(&samples));
         if worth.contains(&true) {
             pilot = aiming(&|class| if worth[class] { share } else { 0.0 });
             let Some(chosen) = draw(&pilot) else { return pilot };
@@ -269,7 +265,7 @@ pub(super) fn look(world: &World, view: &View, settings: &Settings, cancel: &Can
     }
     if decides {
         let walks: f64 = samples.work.iter().map(|w| w.walks).sum();
-        let (saved, added) = (samples.saved(|m| m.unconnected), walks / (samples.work() - walks).max(1.0));
+        let (saved, added) = (samples.saved(|m| m.unconnected), walks / (samples.work(1.0) - walks).max(1.0));
         pilot.connects = saved > CONNECTIONS_WORTH * added;
         pilot.forecast = Some(forecast(saved, added));
     }
