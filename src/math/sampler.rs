@@ -19,7 +19,7 @@ pub enum Stream {
     Caustic = 4,
 }
 
-/// The numbers of one sample: the first [`SETS`] times four are a point of the Sobol sequence, which the samples of a
+/// The numbers of one sample: the first 64 are a point of the Sobol sequence, which the samples of a
 /// pixel share, so that together they fill the space of paths evenly; Owen scrambling, other for each pixel and stream,
 /// makes each number uniform and pixels independent (Owen 1995; the hash of Burley 2020, "Practical Hash-based Owen
 /// Scrambling"). All further ones are independent: SplitMix64 (Steele, Lea, Flood 2014).
