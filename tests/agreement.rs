@@ -64,6 +64,7 @@ fn techniques_on_glossy_surfaces() {
 
 #[test]
 fn techniques_with_shading_normals() {
+    // Of 256 samples the mean of unweighted connections of 3 segments had errors of 0.8 to 2 %, by single bright paths.
     techniques_agree("smooth normals", &scenes::smooth_normals(), 1024, &[0.015, 0.04]);
 }
 

@@ -19,10 +19,10 @@ pub enum Stream {
     Caustic = 4,
 }
 
-/// The numbers of one sample: the first 64 are a point of the Sobol sequence, which the samples of a
-/// pixel share, so that together they fill the space of paths evenly; Owen scrambling, other for each pixel and stream,
-/// makes each number uniform and pixels independent (Owen 1995; the hash of Burley 2020, "Practical Hash-based Owen
-/// Scrambling"). All further ones are independent: SplitMix64 (Steele, Lea, Flood 2014).
+/// The numbers of one sample: the first 64 are a point of the Sobol sequence, which the samples of a pixel share, so that
+/// together they fill the space of paths evenly; Owen scrambling, other for each pixel and stream, makes each number
+/// uniform and pixels independent (Owen 1995; by a hash as in Burley 2020, "Practical Hash-based Owen Scrambling",
+/// Vegdahl's). All further ones are independent: SplitMix64 (Steele, Lea, Flood 2014).
 #[derive(Clone, Debug)]
 pub struct Sampler {
     state: u64,
@@ -37,7 +37,7 @@ pub struct Sampler {
 }
 
 /// Dimensions of the Sobol sequence that a stream has, in fours. Each vertex of a subpath takes about four: enough for
-/// the default depth.
+/// one subpath of the default depth.
 const SETS: u32 = 16;
 /// Points of the sequence; after these comes another scrambling.
 const POINTS: u32 = 1 << 16;

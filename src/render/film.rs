@@ -73,7 +73,8 @@ impl Film {
     /// Ends a pass.
     pub fn finish_pass(&mut self) {
         self.passes += 1;
-        if self.passes.is_power_of_two() || self.passes.is_multiple_of(8) {
+        let since = self.passes - self.passes_before;
+        if self.passes.is_power_of_two() || self.passes.is_multiple_of(8) && since >= self.passes_before / 2 {
             self.noise = self.estimated_noise();
         }
         if self.passes.is_power_of_two() {
@@ -84,8 +85,8 @@ impl Film {
         }
     }
 
-    /// From the RMS difference of the mean luminance before and since. Exact for independent samples; too high where the
-    /// error falls faster than theirs.
+    /// From the RMS difference of the mean luminance before and since, of which there are enough: few that follow many
+    /// differ as independent samples do. Too high where the error falls faster than theirs.
     fn estimated_noise(&self) -> f32 {
         let (passes, first) = (f64::from(self.passes), f64::from(self.passes_before));
         let since = passes - first;
@@ -124,7 +125,7 @@ mod tests {
 
     #[test]
     fn the_noise_estimate_knows_that_samples_are_even() {
-        for passes in [16, 48, 64, 72] {
+        for passes in [16, 48, 64, 72, 104, 1032] {
             // A step across eight dimensions, whose error falls little faster than with independent samples, and a
             // slope, whose error falls far faster: independent ones would have 50 times as much with 64 samples.
             let of_step = estimate_over_truth(passes, 0.5, |s| {
@@ -134,7 +135,8 @@ mod tests {
             let of_slope = estimate_over_truth(passes, 0.25, |s| s.next_1d() * s.next_1d());
             println!("{passes}: {of_step}, {of_slope}");
             assert!((0.95..1.2).contains(&of_step), "{passes}: {of_step}");
-            assert!((0.5..3.0).contains(&of_slope), "{passes}: {of_slope}");
+            // The estimate is that of 64 and 1024 passes, from which the next eight take away evenness.
+            assert!((0.3..3.0).contains(&of_slope), "{passes}: {of_slope}");
         }
     }
 }
