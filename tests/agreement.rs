@@ -64,7 +64,8 @@ fn techniques_on_glossy_surfaces() {
 
 #[test]
 fn techniques_with_shading_normals() {
-    techniques_agree("smooth normals", &scenes::smooth_normals(), 256, &[0.015, 0.04]);
+    // Of 256 samples the mean of unweighted connections of 3 segments had errors of 0.8 to 2 %, by single bright paths.
+    techniques_agree("smooth normals", &scenes::smooth_normals(), 1024, &[0.015, 0.04]);
 }
 
 #[test]

@@ -238,8 +238,17 @@ mutation("light subpaths: their number in the weights of what is not connected",
 mutation("light subpaths: their throughput", "src/transport/subpath.rs",
          "beta: sample.beta / self.light_subpaths as f32", "beta: sample.beta",
          ("options", "number_of_light_subpaths_changes"))
-mutation("light subpaths: in every second sample", "src/math/sampler.rs",
-         "sample.wrapping_mul(0x9e37_79b9)", "sample.wrapping_mul(0x8000_0000)", ("lib", "numbers_of_samples"))
+mutation("light subpaths: as many in each sample", "src/integrator/bdpt.rs",
+         "(tracer.light_subpaths + f64::from(light_numbers.next_1d())) as u32", "tracer.light_subpaths.ceil() as u32",
+         ("options", "number_of_light_subpaths_changes"))
+mutation("sampler: one scrambling for four dimensions", "src/math/sampler.rs",
+         "Int4::from(halves)", "Int4::from([halves[0]; 4])", ("lib", "the_numbers_of_one_sample"))
+mutation("sampler: all samples the same point", "src/math/sampler.rs",
+         "index: sample % POINTS", "index: 0", ("lib", "samples_of_a_pixel"))
+mutation("noise: the last pass against all others", "src/render/film.rs",
+         "        if self.passes.is_power_of_two() {", "        {", ("lib", "the_noise_estimate_knows"))
+mutation("noise: as if of two halves", "src/render/film.rs",
+         "(squares / n * first * since).sqrt() / passes", "(squares / n).sqrt() / 2.0", ("lib", "the_noise_estimate_knows"))
 mutation("light subpaths: forecast as if all paths needed one", "src/render/moments.rs",
          "path.camera_only + number * (1.0 - path.camera_only)", "number", ("options", "as_many_light_subpaths"))
 

@@ -154,7 +154,7 @@ fn the_noise_estimate_is_the_noise() {
     .expect("a render");
     let (estimate, truth) = (seen.into_inner().expect("no panic"), variance.sqrt() / mean);
     println!("noise estimated {estimate:.4}, measured {truth:.4}");
-    // The estimate compares two halves that share a stratified pixel position: it is a rough number.
+    // The estimate compares two halves of a picture with bright single paths: it is a rough number.
     assert!((0.5..2.0).contains(&(estimate / truth)), "{estimate} against {truth}");
 }
 

@@ -3,7 +3,7 @@
 use crate::math::Discrete;
 
 /// Share of the choices that ignores power. A lamp beside the sun has a share of the power below the
-/// resolution of a 24-bit random number; chosen by power alone it would never light the room that the
+/// resolution of a 23-bit random number; chosen by power alone it would never light the room that the
 /// sun does not reach.
 const UNIFORM_SHARE: f64 = 0.1;
 

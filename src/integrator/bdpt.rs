@@ -3,7 +3,7 @@
 
 use super::{Contribution, Observer, Sample, Splat};
 use crate::camera::Camera;
-use crate::math::{Rgb, Sampler, Stream, number_of_sample, pixel_position};
+use crate::math::{Rgb, Sampler, Stream, pixel_position};
 use crate::scene::world::MediumId;
 use crate::transport::{LightVertex, Tracer};
 use glam::Vec2;
@@ -103,7 +103,9 @@ pub(crate) fn from_lights<O: Observer>(
 ) {
     tracer.light_vertices.clear();
     let mut light_numbers = Sampler::new(seed, pixel, index, Stream::Light);
-    for _ in 0..number_of_sample(tracer.light_subpaths, seed, pixel, index) {
+    // The number on average: the whole part of it, and one more as often as the rest says.
+    let number = (tracer.light_subpaths + f64::from(light_numbers.next_1d())) as u32;
+    for _ in 0..number {
         tracer.trace_light(&mut light_numbers);
         let Some(start) = tracer.light_start else { continue };
         for i in 0..tracer.camera_vertices.len() {

@@ -154,8 +154,8 @@ pub struct Progress {
     pub rays: u64,
     /// Since the start.
     pub elapsed: Duration,
-    /// Estimated relative standard error of the image, from the difference of its even and odd
-    /// passes; NaN before the second pass.
+    /// Estimated relative standard error of the image, from what its later
+    /// passes differ from the first ones; NaN before the second pass.
     pub noise: f32,
 }
 

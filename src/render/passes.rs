@@ -100,7 +100,6 @@ struct State {
     walks: WalkCount,
     non_finite: u64,
     first_non_finite: Option<(u32, u32)>,
-    noise: f32,
 }
 
 impl Passes {
@@ -122,7 +121,6 @@ impl Passes {
                 walks: WalkCount::default(),
                 non_finite: 0,
                 first_non_finite: None,
-                noise: f32::NAN,
             }),
             advanced: Condvar::new(),
         })
@@ -186,10 +184,7 @@ impl Passes {
             for tile in state.waiting.remove(&pass).into_iter().flatten().flatten() {
                 state.fold(tile, self.pixels);
             }
-            state.film.passes += 1;
-            if state.film.passes.is_power_of_two() || state.film.passes.is_multiple_of(8) {
-                state.noise = state.film.noise();
-            }
+            state.film.finish_pass();
             if time_limit.is_some_and(|limit| start.elapsed() >= limit) {
                 state.end = state.film.passes;
             }
@@ -205,7 +200,7 @@ impl Passes {
     /// Passes in the film, and its noise.
     pub fn noise(&self) -> (u32, f32) {
         let state = self.lock();
-        (state.film.passes, state.noise)
+        (state.film.passes, state.film.noise)
     }
 
     /// The images and the counts.

@@ -21,11 +21,6 @@ const SHAPES: usize = 448;
 /// Classes of places.
 pub const CLASSES: usize = LIGHTS + SHAPES;
 
-/// Whether a class is one of lights.
-pub fn is_of_lights(class: usize) -> bool {
-    class < LIGHTS
-}
-
 fn of_light(light: u32) -> usize {
     light as usize % LIGHTS
 }

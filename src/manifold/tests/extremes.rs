@@ -189,10 +189,11 @@ fn scale_changes_nothing() {
                 (Ok(x), Ok(y)) => {
                     assert_eq!(x.iterations, y.iterations);
                     // Rounding of the scaled data moves the root by an ulp, the differential area by as
-                    // much of its largest term.
+                    // much of its largest term. Slow walks end with what residual there is.
                     let size = (b - a).length_squared();
+                    let rest = x.residual + y.residual;
                     let e = (y.inverse_jacobian / (by * by) - x.inverse_jacobian).abs();
-                    assert!(e < 1e-12 * size.max(x.inverse_jacobian), "{by}: {e}");
+                    assert!(e < (1e-12 + rest) * size.max(x.inverse_jacobian), "{by}: {e}, residuals {rest}");
                 }
                 (Err(x), Err(y)) => assert_eq!(x.reason, y.reason),
                 (x, y) => panic!("{by}: {x:?} {y:?}"),
