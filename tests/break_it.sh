@@ -247,8 +247,9 @@ mutation("sampler: all samples the same point", "src/math/sampler.rs",
          "index: sample % POINTS", "index: 0", ("lib", "samples_of_a_pixel"))
 mutation("noise: the last pass against all others", "src/render/film.rs",
          "        if self.passes.is_power_of_two() {", "        {", ("lib", "the_noise_estimate_knows"))
-mutation("noise: as if of two halves", "src/render/film.rs",
-         "(squares / n * first * since).sqrt() / passes", "(squares / n).sqrt() / 2.0", ("lib", "the_noise_estimate_knows"))
+mutation("noise: of the passes since alone", "src/render/film.rs",
+         "(squares / n * first * since).sqrt() / passes", "(squares / n * since).sqrt() / passes.sqrt()",
+         ("lib", "the_noise_estimate_knows"))
 mutation("light subpaths: forecast as if all paths needed one", "src/render/moments.rs",
          "path.camera_only + number * (1.0 - path.camera_only)", "number", ("options", "as_many_light_subpaths"))
 
