@@ -455,7 +455,7 @@ typedef struct caustica_statistics {
     float aim_forecast_variance; /* caustics' variance without aim over that with it, per sample */
     float aim_forecast_work;    /* work with aim over that without, per sample; both NaN if not forecast */
     float light_subpaths;       /* per sample */
-    uint32_t reserved;          /* 0 */
+    uint32_t seeds;             /* most walks from one pair of ends, to lights that can be hit; 0 without connections */
     char backend[64];           /* the ray tracer */
 } caustica_statistics;
 

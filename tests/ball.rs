@@ -11,6 +11,8 @@ mod common;
 use caustica::render::job::{Caustics, Integrator, Settings};
 use caustica::scene::World;
 use caustica::scene::description::*;
+use caustica::transport::caustic::CausticOptions;
+use caustica::transport::roulette::Roulette;
 use common::oracle::{check_bias, first_seed, renders};
 use common::stats::{block_means, mean_and_error};
 use common::{Builder, settings};
@@ -149,7 +151,9 @@ fn irradiances(setup: &Setup, integrator: Integrator, samples: u32, seed: u64) -
     let world = setup.world();
     let up_to = |max_depth| {
         let settings = settings(integrator, SIDE, samples, 0);
-        let settings = Settings { max_depth, caustics: Caustics::On, caustics_only: true, ..settings };
+        // Roulette on connections would only add noise, ten times what is there without it.
+        let caustic_options = CausticOptions { roulette: Roulette::Off, ..CausticOptions::default() };
+        let settings = Settings { max_depth, caustics: Caustics::On, caustics_only: true, caustic_options, ..settings };
         let images = renders(&world, &settings, seed..seed + RUNS);
         images.iter().map(|image| block_means(image, SIDE)[0] * PI / ALBEDO).collect::<Vec<f64>>()
     };

@@ -187,13 +187,29 @@ mutation("caustic: check cut to 3 iterations", "src/transport/caustic.rs",
          "_ => (WalkSettings { max_iterations: 3, ..walk }, SAME_CHAIN),",
          ("caustic", "ball"))
 mutation("caustic: no check", "src/transport/caustic.rs",
-         "edge.leaves_like(first, last, close).then_some(edge)",
-         "(close < 0.0 && edge.leaves_like(first, last, close)).then_some(edge)",
+         "let like = |edge: &CausticEdge| edge.leaves_like(first, last, close);",
+         "let like = |edge: &CausticEdge| close < 0.0 && edge.leaves_like(first, last, close);",
          ("caustic", "ball"))
-mutation("caustic: the same root from two starts counted twice", "src/transport/caustic.rs",
-         "if !self.chains.iter().any(|known| known.leaves_like(edge.first, edge.last, SAME_CHAIN)) {",
-         "if edge.leaves_like(edge.first, edge.last, SAME_CHAIN) {",
-         ("caustic", "ball"))
+mutation("starts: the check knows the straight line's walk alone", "src/transport/caustic.rs",
+         "let known = self.chain(a, b, &seen, &settings);",
+         "let known = self.solve(a, b, &seen, None, &settings).ok();",
+         ("ball", "manifold"))
+mutation("starts: the way back by the indices of the way there", "src/manifold/seed.rs",
+         "back = refract(back, vertex.ns, crossing.n_o, crossing.n_i)?;",
+         "back = refract(back, vertex.ns, crossing.n_i, crossing.n_o)?;",
+         ("lib", "the_way_back_is_exact"))
+mutation("search: the known chain counted again", "src/transport/caustic.rs",
+         "look().filter(|edge| known.is_none_or(|known| !known.is(edge)))",
+         "look()",
+         ("waves", "a_point_light"))
+mutation("search: found at the first look counts as certain", "src/transport/caustic.rs",
+         "attempt: walks as f32 / probability,",
+         "attempt: 1.0 / probability,",
+         ("waves", "a_point_light"))
+mutation("search: what is presumed, left out of sampled chains", "src/transport/edge.rs",
+         "found.presumed * found.weight_inverse_jacobian / cos_b(edge, end)",
+         "found.weight_inverse_jacobian / cos_b(edge, end)",
+         ("waves", "a_lamp"))
 mutation("caustic: straight-line geometry in the contribution", "src/transport/caustic.rs",
          "inverse_jacobian: chain.inverse_jacobian,",
          "inverse_jacobian: chain.lengths().iter().sum::<f64>().powi(2),",
@@ -217,7 +233,7 @@ mutation("caustic: roulette without its division", "src/transport/roulette.rs",
          "return attempt(1.0 / probability);", "return attempt(1.0);",
          ("options", "roulette_changes_nothing"))
 mutation("caustic: opaque surfaces on the straight line stop the walk", "src/transport/caustic.rs",
-         "const MOST_OPAQUE: u32 = 4;", "const MOST_OPAQUE: u32 = 0;",
+         "const MOST_OPAQUE: u32 = 8;", "const MOST_OPAQUE: u32 = 0;",
          ("caustic", "passes_beside"))
 mutation("forecast: all light counts, not caustics alone", "src/render/moments.rs",
          "if path.light != Light::Caustic {", "if false {", ("lib", "other_light_is_no_part"))

@@ -17,7 +17,7 @@ use caustica::scatter::{Bsdf, TransportMode};
 use caustica::scene::World;
 use caustica::scene::description::*;
 use caustica::transport::aim::{Aimed, glass};
-use caustica::transport::caustic::{CausticOptions, GeometryTerm};
+use caustica::transport::caustic::{CausticOptions, GeometryTerm, MOST_SEEDS};
 use caustica::transport::roulette::Roulette;
 use caustica::transport::vertex::{EdgeRecord, on_path};
 use caustica::transport::{Tracer, Vertex};
@@ -88,7 +88,7 @@ impl FullPath<'_> {
                             chain: chain.len as u32,
                             chain_probability: chain.probability,
                             etendue_ratio: chain.etendue_ratio(cos_a, cos_b),
-                            technique: chain.weight_inverse_jacobian / cos_b,
+                            technique: chain.presumed * chain.weight_inverse_jacobian / cos_b,
                             departure: chain.first,
                             ..EdgeRecord::default()
                         };
@@ -419,10 +419,12 @@ fn caustic_options() {
     {
         for (what, options) in [
             ("direct term", direct),
-            ("direct term, one start", CausticOptions { seeds: 1, ..direct }),
-            ("direct term, five starts", CausticOptions { seeds: 5, ..direct }),
-            ("one start", CausticOptions { seeds: 1, ..default }),
-            ("five starts", CausticOptions { seeds: 5, ..default }),
+            ("direct term, all starts", CausticOptions { seeds: Some(MOST_SEEDS), ..direct }),
+            ("one start", CausticOptions { seeds: Some(1), ..default }),
+            ("all starts", CausticOptions { seeds: Some(MOST_SEEDS), ..default }),
+            ("searches", CausticOptions { search: Some(1.0), ..default }),
+            ("direct term, searches", CausticOptions { search: Some(0.3), ..direct }),
+            ("no searches", CausticOptions { search: Some(0.0), ..default }),
             ("no roulette", CausticOptions { roulette: Roulette::Off, ..default }),
             ("roulette by lengths", CausticOptions { roulette: Roulette::Lengths, ..default }),
         ] {

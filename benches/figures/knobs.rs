@@ -4,7 +4,7 @@ use crate::measure::{Budget, Estimate, Method, Reference};
 use crate::report::{Report, number};
 use crate::{Options, SEED, Scene};
 use caustica::render::job::{Caustics, Integrator};
-use caustica::transport::caustic::{CausticOptions, Check, FEW, GeometryTerm};
+use caustica::transport::caustic::{CausticOptions, Check, FEW, GeometryTerm, MOST_SEEDS};
 use caustica::transport::roulette::Roulette;
 use std::fmt::Write;
 
@@ -33,11 +33,11 @@ fn variations() -> Vec<(String, CausticOptions)> {
             (o.geometry_term, o.check) = (GeometryTerm::Direct, check);
         });
     }
-    for n in [1, 2, 3, 6] {
-        vary(format!("seeds {n}"), &|o| o.seeds = n);
+    for n in 1..=MOST_SEEDS {
+        vary(format!("seeds {n}"), &|o| o.seeds = Some(n));
     }
-    for p in [0.25, 1.0] {
-        vary(format!("further starts with probability {p}"), &|o| o.further = p);
+    for p in [0.0, 0.25, 1.0] {
+        vary(format!("searches with probability {p}"), &|o| o.search = Some(p));
     }
     for n in [8, 16, 24, 32, 64] {
         vary(format!("at most {n} iterations"), &|o| o.max_iterations = Some(n));

@@ -196,7 +196,7 @@ fn summary(scene: &Scene, reference: &Reference, checks: &[(&str, Estimate)], ro
 
 fn walks(s: &Statistics) -> String {
     let walks = s.walks;
-    let forecast = |what: &str, made: bool, forecast: Option<Forecast>| {
+    let decided = |what: &str, made: bool, forecast: Option<Forecast>| {
         forecast.map_or(String::new(), |f| {
             let made = if made { "yes" } else { "no" };
             format!(
@@ -205,7 +205,8 @@ fn walks(s: &Statistics) -> String {
             )
         })
     };
-    let mut forecast = forecast("Aimed", s.aimed, s.aim_forecast) + &forecast("Connected", s.caustics, s.forecast);
+    let mut forecast = decided("Aimed", s.aimed, s.aim_forecast) + &decided("Connected", s.caustics, s.forecast);
+    forecast += &decided("From other starts", s.seeds > 1, s.seeds_forecast);
     if s.light_subpaths < 1.0 {
         forecast += &format!(" Light subpaths: {} a sample.", s.light_subpaths);
     }

@@ -105,8 +105,8 @@ pub struct Statistics {
     pub aim_forecast_work: f32,
     /// Light subpaths per sample.
     pub light_subpaths: f32,
-    /// 0.
-    pub reserved: u32,
+    /// Most walks from one pair of ends.
+    pub seeds: u32,
     /// The ray tracer.
     pub backend: [c_char; 64],
 }
@@ -154,7 +154,7 @@ impl Statistics {
             aim_forecast_variance: s.aim_forecast.map_or(f32::NAN, |f| f.variance),
             aim_forecast_work: s.aim_forecast.map_or(f32::NAN, |f| f.work),
             light_subpaths: s.light_subpaths,
-            reserved: 0,
+            seeds: s.seeds,
             backend: chars(&s.backend),
         }
     }

@@ -39,7 +39,7 @@ mod tests;
 pub use geometry_term::RayDifferential;
 pub use refraction::Passage;
 pub use rough::Tilt;
-pub use seed::{Crossing, MAX_STARTS, Seed, starts};
+pub use seed::{Crossing, OTHER_STARTS, Seed, search, starts};
 pub use walk::{Chain, Rejected, Rejection, WalkSettings, walk};
 
 use crate::geometry::Differential;

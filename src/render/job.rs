@@ -11,7 +11,7 @@ use crate::scene::World;
 use crate::transport::Tracer;
 use crate::transport::caustic::{
     CausticOptions, Check, GeometryTerm, LARGEST_AIM, LARGEST_TOLERANCE, LEAST_LIGHT_SUBPATHS, MOST_LIGHT_SUBPATHS,
-    WalkCount,
+    MOST_SEEDS, WalkCount,
 };
 use glam::Vec2;
 use std::collections::BTreeMap;
@@ -186,6 +186,10 @@ pub struct Statistics {
     pub aim_forecast: Option<Forecast>,
     /// Light subpaths per sample.
     pub light_subpaths: f32,
+    /// Most walks from one pair of ends, other than to lights that cannot be hit; 0 without connections.
+    pub seeds: u32,
+    /// On what that was decided; `None` where there was nothing to decide.
+    pub seeds_forecast: Option<Forecast>,
     /// Samples whose value was NaN or infinite; dropped from the image.
     pub non_finite: u64,
     /// Pixel and sample of the first of them.
@@ -299,7 +303,8 @@ pub(super) fn validate(world: &World, settings: &Settings) -> Result<(), RenderE
         let expected = format!("the scene has {} cameras", world.cameras.len());
         return RenderError::setting("camera", settings.camera, expected);
     }
-    let CausticOptions { geometry_term, check, walk, aim, light_subpaths, .. } = settings.caustic_options;
+    let CausticOptions { geometry_term, check, walk, seeds, search, aim, light_subpaths, .. } =
+        settings.caustic_options;
     if !(walk.tolerance > 0.0 && walk.tolerance <= LARGEST_TOLERANCE) {
         let expected = format!("more than 0, at most {LARGEST_TOLERANCE:e} radians was expected");
         return RenderError::setting("walk tolerance", walk.tolerance, expected);
@@ -310,6 +315,15 @@ pub(super) fn validate(world: &World, settings: &Settings) -> Result<(), RenderE
     if let Some(number) = light_subpaths.filter(|n| !(LEAST_LIGHT_SUBPATHS..=MOST_LIGHT_SUBPATHS).contains(n)) {
         let expected = format!("a number from {LEAST_LIGHT_SUBPATHS} to {MOST_LIGHT_SUBPATHS} was expected");
         return RenderError::setting("light subpaths", number, expected);
+    }
+    if let Some(n) = seeds.filter(|n| !(1..=MOST_SEEDS).contains(n)) {
+        return RenderError::setting("seeds", n, format!("a number from 1 to {MOST_SEEDS} was expected"));
+    }
+    if let Some(p) = search.filter(|p| !(0.0..=1.0).contains(p)) {
+        return RenderError::setting("search", p, "a probability was expected");
+    }
+    if let Some(p) = search.filter(|p| *p > 0.0 && check != Check::Exact) {
+        return RenderError::setting("search", p, "searches need the exact check");
     }
     if check != Check::Exact && geometry_term != GeometryTerm::Direct {
         let why = "all but the exact check need the direct geometry term";
@@ -382,6 +396,10 @@ pub(super) fn tracer<'w>(world: &'w World, view: &View, settings: &Settings, pil
         && world.requirements.delta_lights
         && matches!(view.camera.endpoint(), Endpoint::Point(_));
     tracer.options = settings.caustic_options;
+    tracer.seeds = pilot.seeds;
+    if settings.integrator == Integrator::Mnee {
+        tracer.options.search.get_or_insert(0.0);
+    }
     if let Some(aim) = &pilot.aim {
         tracer.aim_at(aim);
     }
@@ -486,6 +504,8 @@ pub fn render(
     statistics.aimed = pilot.aim.is_some();
     statistics.aim_forecast = pilot.aim_forecast;
     statistics.light_subpaths = pilot.light_subpaths as f32;
+    statistics.seeds = if pilot.connects { settings.caustic_options.seeds.unwrap_or(pilot.seeds) } else { 0 };
+    statistics.seeds_forecast = pilot.seeds_forecast;
     statistics.commit_seconds = world.commit_seconds;
     statistics.render_seconds = start.elapsed().as_secs_f64();
     statistics.scene_bytes = world.memory();

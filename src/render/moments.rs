@@ -5,7 +5,7 @@
 //! as often, it would add `f²/(p (1 - w + r w))`; without caustic connections `r = 0`, without aim it is the ratio of
 //! the densities of what the light subpath drew, with fewer light subpaths their number. So sums over the samples of
 //! all techniques estimate second moments of renders that are never made (compare Grittmann et al. 2022). For
-//! connections and aim, `w` is that of the one technique that made the path, which errs on the side of
+//! connections, other starts and aim, `w` is that of the one technique that made the path, which errs on the side of
 //! leaving out; for the number of light subpaths it is that of all that need one. (Rough glass that is walked
 //! through would be evaluated instead, which the estimate does not know.)
 //!
@@ -39,6 +39,8 @@ pub(super) struct Moments {
     pub(super) all: f64,
     /// By how much more without caustic connections.
     pub(super) unconnected: f64,
+    /// By how much more without the chains that only other starts than the straight segment lead to.
+    pub(super) unretried: f64,
     /// By how much more without any aim.
     pub(super) unaimed: f64,
     /// By how much more without that of one class of places.
@@ -65,6 +67,7 @@ impl Moments {
         let more = |ratio: f64| divided(added * (1.0 - ratio), 1.0 - path.weight * (1.0 - ratio));
         self.all += added;
         self.unconnected += if path.connected { more(0.0) } else { 0.0 };
+        self.unretried += if path.retried { more(0.0) } else { 0.0 };
         self.unaimed += more(path.plain);
         for (class, plain) in departures {
             *self.unaimed_from.entry(class).or_default() += more(plain);
@@ -74,6 +77,7 @@ impl Moments {
     fn add_scaled(&mut self, other: &Moments, scale: f64) {
         self.all += other.all * scale;
         self.unconnected += other.unconnected * scale;
+        self.unretried += other.unretried * scale;
         self.unaimed += other.unaimed * scale;
         for (class, more) in &other.unaimed_from {
             *self.unaimed_from.entry(*class).or_default() += more * scale;
@@ -102,6 +106,8 @@ struct Path {
     camera_only: f64,
     light: Light,
     connected: bool,
+    /// Whether its chain was found from another start.
+    retried: bool,
     /// Density of its light subpath without aim, over that with it.
     plain: f64,
 }
@@ -191,6 +197,7 @@ impl Observer for Paths<'_> {
                 camera_only: c.camera_only,
                 light,
                 connected: c.chain.is_some(),
+                retried: c.chain.is_some_and(|chain| chain.retried),
                 plain: c.light.last().map_or(1.0, |vertex| vertex.plain),
             };
             self.add(c.pixel, &path, departures(c.start, c.light));
@@ -223,6 +230,7 @@ mod tests {
                 camera_only: 0.6,
                 light,
                 connected,
+                retried: pixel % 4 == 0,
                 plain: if connected { 0.25 } else { 1.0 },
             };
             paths.add(pixel, &path, std::iter::once((3, path.plain)));
@@ -242,6 +250,7 @@ mod tests {
     fn what_is_left_out_adds_what_its_weight_says() {
         let m = moments(64, 48, 1.0, Light::Caustic);
         assert!((m.unconnected / m.all - 1.0).abs() < 1e-9, "half of the density: twice the moment");
+        assert!((m.unretried / m.all - 0.5).abs() < 1e-9, "of half of these");
         assert!((m.unaimed / m.all - (1.0 / 0.625 - 1.0)).abs() < 1e-9, "a quarter of a half of it");
         assert_eq!(m.unaimed_from, BTreeMap::from([(3, m.unaimed)]));
         let [caustics, others] = m.by_number;

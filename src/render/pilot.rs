@@ -1,8 +1,8 @@
 //! A few samples before the first pass: what attempted caustic connections bring, which roulette on them
-//! needs to know, whether they pay at all, whether it pays to aim light subpaths at glass, and how many of them there
-//! should be. How the samples tell is in [`super::moments`].
+//! needs to know, whether they pay at all, whether it pays to walk from other starts, whether it pays to aim light
+//! subpaths at glass, and how many of them there should be. How the samples tell is in [`super::moments`].
 //!
-//! Caustics alone are looked at for the first two: they are what all this is for, and a small part of most pictures'
+//! Caustics alone are looked at for all but the last: they are what all this is for, and a small part of most pictures'
 //! variance. Fewer light subpaths must not cost the rest of the picture either.
 
 use super::job::{self, Cancel, Caustics, Forecast, Integrator, Settings};
@@ -12,7 +12,7 @@ use crate::integrator::bdpt::{self, View};
 use crate::scene::World;
 use crate::transport::Tracer;
 use crate::transport::aim::{self, Aimed, CLASSES, departures};
-use crate::transport::caustic::AIM;
+use crate::transport::caustic::{AIM, MOST_SEEDS};
 use crate::transport::experience::Experience;
 use crate::transport::roulette::{self, Roulette};
 
@@ -38,6 +38,9 @@ const CONNECTIONS_WORTH: f64 = 2.0;
 /// with all or none of six.
 const AIM_WORTH: f64 = 3.0;
 
+/// Other starts of walks pay if they save so many times what they add.
+const SEEDS_WORTH: f64 = 1.0;
+
 /// Fewer light subpaths pay if work times second moments falls to this share, the geometric mean of caustics and other
 /// light, and neither rises beyond the other number. Measured (forecast of caustics with six seeds; error at equal time
 /// of caustics and of the rest, over those with one): a quarter on glass_sphere, aimed, 0.8, 0.4, 0.4; half of them on
@@ -62,6 +65,10 @@ pub(super) struct Pilot {
     pub(super) aim_forecast: Option<Forecast>,
     /// Light subpaths per sample.
     pub(super) light_subpaths: f64,
+    /// Most walks from one pair of ends, other than to lights that cannot be hit.
+    pub(super) seeds: u32,
+    /// What that was decided on, if it was.
+    pub(super) seeds_forecast: Option<Forecast>,
 }
 
 /// Pixel of a sample: multiples of the golden ratio, so that each group goes over the whole picture, and,
@@ -76,6 +83,8 @@ struct Samples {
     moments: Vec<Moments>,
     /// For samples without light subpath, and for that.
     work: [Work; 2],
+    /// The part of it that was done from other starts.
+    retries: f64,
     /// How often light subpaths went from each class of places where aim sends them more often.
     aimed: Vec<u64>,
     experience: Experience,
@@ -142,10 +151,13 @@ impl Samples {
         let certain = threshold.unwrap_or(0.0) * means[means.len() / 2];
         let experience =
             if certain > 0.0 { Experience::new(trials.iter().flatten(), certain) } else { Experience::default() };
+        let all: f64 = work.iter().map(|w| w.walks).sum();
         for (work, trials) in work.iter_mut().zip(&trials) {
             work.walks -= roulette::spared(trials, &experience);
         }
-        Some(Samples { moments: paths.moments(), work, aimed, experience })
+        // Roulette spares them like the others.
+        let left = work.iter().map(|w| w.walks).sum::<f64>() / all.max(1.0);
+        Some(Samples { moments: paths.moments(), work, retries: left * tracer.retry_work, aimed, experience })
     }
 
     /// With so many light subpaths a sample, as a multiple of those drawn.
@@ -229,6 +241,9 @@ pub(super) fn look(world: &World, view: &View, settings: &Settings, cancel: &Can
     };
     let decides_number =
         bidirectional && connects && settings.caustic_options.light_subpaths.is_none() && !settings.per_technique;
+    // Walks through flat glass find what there is.
+    let curved = world.refractors.iter().any(|r| r.curved);
+    let decides_seeds = bidirectional && connects && settings.caustic_options.seeds.is_none() && curved;
     let aims = world.requirements.caustics && (bidirectional || settings.integrator == Integrator::Light);
     let share = settings.caustic_options.aim.filter(|_| aims);
     let decides_aim = bidirectional && connects && settings.caustic_options.aim.is_none();
@@ -239,13 +254,15 @@ pub(super) fn look(world: &World, view: &View, settings: &Settings, cancel: &Can
         forecast: None,
         aim_forecast: None,
         light_subpaths,
+        seeds: if curved { MOST_SEEDS } else { 1 },
+        seeds_forecast: None,
     };
     let share = if decides_aim { AIM } else { share.unwrap_or(0.0) };
     let targets = if share > 0.0 { aim::glass(world) } else { Default::default() };
     let aiming =
         |share: &dyn Fn(usize) -> f32| Pilot { aim: Some(Aimed::new(world, &targets, share)), ..plain.clone() };
     let mut pilot = if share > 0.0 { aiming(&|_| share) } else { plain.clone() };
-    if !connects || !(decides || decides_aim || decides_number || threshold(settings).is_some()) {
+    if !connects || !(decides || decides_aim || decides_number || decides_seeds || threshold(settings).is_some()) {
         return pilot;
     }
     let draw = |pilot: &Pilot| Samples::draw(world, view, settings, pilot, cancel);
@@ -271,6 +288,11 @@ pub(super) fn look(world: &World, view: &View, settings: &Settings, cancel: &Can
         let (saved, added) = (samples.saved(|m| m.unconnected), walks / (samples.work(1.0) - walks).max(1.0));
         pilot.connects = saved > CONNECTIONS_WORTH * added;
         pilot.forecast = Some(forecast(saved, added));
+    }
+    if decides_seeds && pilot.connects {
+        let (saved, added) = (samples.saved(|m| m.unretried), samples.retries / (samples.work(1.0) - samples.retries));
+        pilot.seeds = if saved > SEEDS_WORTH * added { MOST_SEEDS } else { 1 };
+        pilot.seeds_forecast = Some(forecast(saved, added));
     }
     // Without connections, light subpaths are all that finds caustics.
     if decides_number && pilot.connects {

@@ -3,12 +3,18 @@
 //! through them. Opaque surfaces on the segment do not matter, only those on the path; in the paper they
 //! do.
 //!
-//! `S(a, b)` is one pure function of the ordered pair, camera side first: the set of chains to which the
-//! walks from the straight segment and from a few other starts lead. Connections use them all; and when a
-//! subpath has sampled a chain, the same walks decide whether it is in the set, and so whether the
-//! technique counts in the weights (§3.3.1's check, run to convergence: fewer iterations are biased). The
-//! paper has one walk, as we have by default; what it misses is left to the other techniques, and so to
-//! their noise.
+//! `S(a, b)` is one pure function of the ordered pair, camera side first: the chain to which the walk from the
+//! straight segment leads or, where that finds none, the first one from two other starts. Connections use it; and when
+//! a subpath has sampled a chain, the same walks decide whether it is that one, and so whether the technique counts in
+//! the weights (§3.3.1's check, run to convergence: fewer iterations are biased). The paper has the first walk alone.
+//! What the walks miss is left to the other techniques, and so to their noise.
+//!
+//! Between a delta light and a pinhole that are both behind glass there are no others. To such lights a connection also
+//! searches, now and then, from a random direction. A chain that is found so, and is not `S(a, b)`, counts with the
+//! reciprocal of the probability of finding it, estimated without bias by the number of walks until it is found again
+//! (Zeltner, Georgiev and Jakob 2020, §4.2). The weights need a function of the path alone: they presume a probability
+//! ([`presumed`]), and a sampled chain needs no search but one walk, which must stay where it is. Whatever they presume,
+//! they sum to one; the worse the guess, the more noise.
 
 use super::Tracer;
 use super::interfaces::{Refractors, meets_box};
@@ -16,7 +22,7 @@ use super::roulette::Roulette;
 use crate::camera::Endpoint;
 use crate::geometry::{Ray, Shape, SurfacePoint};
 use crate::manifold::{
-    Crossing, End, MAX_CHAIN, MAX_STARTS, Rejection, Seed, Source, Tilt, WalkSettings, starts, walk,
+    Crossing, End, MAX_CHAIN, OTHER_STARTS, Rejection, Seed, Source, Tilt, WalkSettings, search, starts, walk,
 };
 use crate::math::Rgb;
 use crate::scene::world::MediumId;
@@ -36,7 +42,7 @@ pub const LARGEST_TOLERANCE: f64 = 1e-5;
 /// Opaque surfaces that the straight segment may cross: light that glass bends passes beside them, as the
 /// light that reaches an iris from the side does, for which the straight line runs through the sclera.
 /// Without this those paths are left to techniques that seldom find them (eye_small: 115 times the error).
-const MOST_OPAQUE: u32 = 4;
+const MOST_OPAQUE: u32 = 8;
 
 /// Which geometry term of a chain enters the weights. Contributions always have the exact one, so both
 /// are unbiased.
@@ -75,6 +81,13 @@ const CLOSE_ENOUGH: f64 = 0.02;
 /// (water_glass) to 30 % (lumpy).
 pub const HURRIED: u32 = 24;
 
+/// Most steps of a walk from another start: those that arrive are quick. With 24 or 8 the error at equal time is the same
+/// within 3 % (eye, eye_small, figure4b) or 8 % more with 8 (water).
+const ANOTHER: u32 = 12;
+
+/// Largest [`CausticOptions::seeds`].
+pub const MOST_SEEDS: u32 = 1 + OTHER_STARTS as u32;
+
 /// Share that is aimed at glass, where any is. The error of caustics at equal time is about the same from 0.3 to 0.75.
 pub const AIM: f32 = 0.5;
 
@@ -86,6 +99,16 @@ pub const MOST_LIGHT_SUBPATHS: f32 = 64.0;
 
 /// Smallest: far below what pays.
 pub const LEAST_LIGHT_SUBPATHS: f32 = 1e-3;
+
+/// Probability of a search to a light that cannot be hit.
+pub const SEARCH: f32 = 0.25;
+
+/// Most walks of a search. Until a chain is found again takes as many on average as there are chains to find, however
+/// hard these are to find; this is far beyond.
+const MOST_WALKS: u32 = 1 << 16;
+
+/// Smallest share of the usual probability that is presumed of a search.
+const LEAST_PRESUMED: f64 = 1e-3;
 
 /// How caustic connections are made and weighed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -99,11 +122,13 @@ pub struct CausticOptions {
     pub max_iterations: Option<u32>,
     /// The walk.
     pub walk: WalkSettings,
-    /// Walks from one pair of ends, the one from the straight segment included; behind flat glass there is
-    /// no other. At most `1 +` [`MAX_STARTS`].
-    pub seeds: u32,
-    /// Probability with which a connection tries the starts after the first. A check always does.
-    pub further: f32,
+    /// Walks from one pair of ends at most, until one finds a chain: 1 for that from the straight segment, up to
+    /// [`MOST_SEEDS`]. By default all to lights that cannot be hit, since nothing else may find that chain, and for
+    /// manifold next-event estimation; elsewhere where a few samples before the render forecast that it pays.
+    pub seeds: Option<u32>,
+    /// Probability with which a connection through curved glass searches for one more chain, with [`Check::Exact`] only.
+    /// By default [`SEARCH`] to lights that cannot be hit, else 0; never for manifold next-event estimation.
+    pub search: Option<f32>,
     /// Which connections are tried.
     pub roulette: Roulette,
     /// Share of what light subpaths draw at lights and at surfaces that is aimed at glass, at most [`LARGEST_AIM`]; 0
@@ -123,8 +148,8 @@ impl Default for CausticOptions {
             check: Check::Exact,
             max_iterations: None,
             walk: WalkSettings::default(),
-            seeds: 1,
-            further: 0.25,
+            seeds: None,
+            search: None,
             roulette: Roulette::Contribution(0.5),
             aim: None,
             light_subpaths: None,
@@ -141,8 +166,8 @@ impl CausticOptions {
             check: Check::Few,
             max_iterations: None,
             walk: WalkSettings::default(),
-            seeds: 1,
-            further: 1.0,
+            seeds: Some(1),
+            search: Some(0.0),
             roulette: Roulette::Lengths,
             aim: Some(0.0),
             light_subpaths: Some(1.0),
@@ -209,11 +234,21 @@ pub struct CausticEdge {
     /// Probability that a subpath scatters along the chain, toward the light and toward the camera, see
     /// [`super::vertex::EdgeRecord::chain_probability`].
     pub probability: [f64; 2],
-    /// Reciprocal of the probability with which the start that led here was tried.
+    /// Whether it was found from another start than the straight segment.
+    pub retried: bool,
+    /// Reciprocal of the probability with which a connection finds it, or an estimate of that without bias.
     pub attempt: f32,
+    /// What stands for that probability in the weights: 1 unless a search found it.
+    pub presumed: f64,
 }
 
 impl CausticEdge {
+    /// Whether both are the same chain.
+    #[inline]
+    fn is(&self, other: &CausticEdge) -> bool {
+        self.leaves_like(other.first, other.last, SAME_CHAIN)
+    }
+
     /// Whether its directions at both ends are these, within an angle in radians.
     #[inline]
     fn leaves_like(&self, first: Vec3, last: Vec3, angle: f32) -> bool {
@@ -236,8 +271,16 @@ pub struct WalkCount {
     pub spared: u64,
     /// Connections that found a chain.
     pub connected: u64,
-    /// The chains that they found.
-    pub chains: u64,
+    /// Pairs of ends for which other starts were tried, too.
+    pub retried: u64,
+    /// Of these, those for which they led to a chain.
+    pub rescued: u64,
+    /// Connections that searched for one more chain.
+    pub searches: u64,
+    /// Searches that found one.
+    pub discovered: u64,
+    /// Walks of searches, which are among all.
+    pub search_walks: u64,
     /// Sampled chains that were checked.
     pub checks: u64,
     /// Of these, those that a connection would have found.
@@ -292,7 +335,11 @@ impl std::ops::AddAssign for WalkCount {
         self.connections += o.connections;
         self.spared += o.spared;
         self.connected += o.connected;
-        self.chains += o.chains;
+        self.retried += o.retried;
+        self.rescued += o.rescued;
+        self.searches += o.searches;
+        self.discovered += o.discovered;
+        self.search_walks += o.search_walks;
         self.checks += o.checks;
         self.confirmed += o.confirmed;
         self.iterations += o.iterations;
@@ -408,8 +455,8 @@ impl Tracer<'_> {
         WalkSettings { max_iterations: self.options.max_iterations.unwrap_or(most), ..walk }
     }
 
-    /// One chain of `S(a, b)`: the unobstructed chain from `a` (camera side) to `b` (light side) to which the
-    /// walk leads from the straight segment or from `start`, or nothing.
+    /// The unobstructed chain from `a` (camera side) to `b` (light side) to which the walk leads from the straight
+    /// segment or from `start`, or why the walk failed, if it did.
     fn solve(
         &mut self,
         a: &Endpoint,
@@ -417,7 +464,7 @@ impl Tracer<'_> {
         seen: &Seen,
         start: Option<DVec3>,
         settings: &WalkSettings,
-    ) -> Option<CausticEdge> {
+    ) -> Result<CausticEdge, Option<Rejection>> {
         let world = self.world;
         let origin = a.position().as_dvec3();
         let refractors = Refractors { world, origin, rays: Cell::new(0) };
@@ -438,23 +485,21 @@ impl Tracer<'_> {
                 if let Some(i) = REASONS.iter().position(|r| *r == rejected.reason) {
                     self.walks.rejected[i] += 1;
                 }
-                return None;
+                return Err(Some(rejected.reason));
             }
         };
         // Every segment must be free.
         let crossings = chain.crossings();
         let mut from = *a;
-        for (crossing, vertex) in crossings.iter().zip(chain.vertices()) {
-            let to = Endpoint::Surface(refractors.surface_point(crossing.interface, vertex));
-            if !self.visible(&segment(&from, &to)?) {
+        let vertices = crossings.iter().zip(chain.vertices());
+        let stops =
+            vertices.map(|(crossing, vertex)| Endpoint::Surface(refractors.surface_point(crossing.interface, vertex)));
+        for to in stops.chain(std::iter::once(*b)) {
+            if !segment(&from, &to).is_some_and(|ray| self.visible(&ray)) {
                 self.walks.occluded += 1;
-                return None;
+                return Err(None);
             }
             from = to;
-        }
-        if !self.visible(&segment(&from, b)?) {
-            self.walks.occluded += 1;
-            return None;
         }
         let (n_a, n_b) = chain.end_indices();
         let index_ratio = (n_a / n_b).powi(2);
@@ -474,10 +519,12 @@ impl Tracer<'_> {
             index_ratio,
             transmittance: Rgb::splat(chain.transmittance as f32),
             probability: chain.density,
+            retried: false,
             attempt: 1.0,
+            presumed: 1.0,
         };
         for (i, crossing) in crossings.iter().enumerate() {
-            let refraction = self.bsdf(crossing.interface).walked_refraction()?;
+            let refraction = self.bsdf(crossing.interface).walked_refraction().ok_or(None)?;
             edge.shapes[i] = crossing.interface;
             edge.transmittance *= refraction.albedo;
             edge.probability = edge.probability.map(|p| p * f64::from(refraction.probability));
@@ -487,52 +534,109 @@ impl Tracer<'_> {
                 edge.transmittance *= world.transmittance(medium, *length as f32);
             }
         }
-        Some(edge)
+        Ok(edge)
     }
 
-    /// First directions of the walks after the one from the straight segment.
-    fn starts(&self, a: &Endpoint, b: &Endpoint, seen: &Seen) -> impl Iterator<Item = DVec3> + use<> {
-        let curved = seen.seed.crossings().iter().zip(seen.seed.vertices()).find_map(|(crossing, vertex)| {
-            let i = self.refractors.binary_search_by_key(&crossing.interface, |r| r.shape).ok()?;
-            let refractor = &self.refractors[i];
-            refractor.curved.then_some((refractor, vertex.p))
-        });
-        let (directions, count) = curved.map_or(([DVec3::Z; MAX_STARTS], 0), |(refractor, near)| {
-            let origin = a.position().as_dvec3();
-            let (low, high) = (refractor.low.as_dvec3(), refractor.high.as_dvec3());
-            let radius = (high - low).element_sum() / 6.0;
-            let starts = starts(end_from(origin, b), near, (low + high) * 0.5 - origin, radius);
-            (starts, self.options.seeds.saturating_sub(1) as usize)
-        });
-        directions.into_iter().take(count)
+    /// Walks from a pair of ends at most.
+    fn seeds(&self, b: &Endpoint) -> u32 {
+        let by_default = match b {
+            Endpoint::Point(_) | Endpoint::Infinite(_) if self.world.requirements.delta_lights => MOST_SEEDS,
+            _ => self.seeds,
+        };
+        self.options.seeds.unwrap_or(by_default)
     }
 
-    /// `S(a, b)`, by which a connection joins two ends: fills [`Tracer::chains`] with different chains. At
-    /// rough surfaces they refract at microfacets that are drawn here.
-    pub(super) fn connect_chains(&mut self, a: &Endpoint, b: &Endpoint, seen: &mut Seen) {
+    /// `S(a, b)`, if there is one.
+    fn chain(&mut self, a: &Endpoint, b: &Endpoint, seen: &Seen, settings: &WalkSettings) -> Option<CausticEdge> {
+        let reason = match self.solve(a, b, seen, None, settings) {
+            Ok(edge) => return Some(edge),
+            Err(reason) => reason,
+        };
+        // Of the other failures next to none are rescued, but for those that something stands in the way of: there,
+        // one chain was found, and another one is rare.
+        let others = self.seeds(b).saturating_sub(1) as usize;
+        if others == 0 || !matches!(reason, Some(Rejection::WrongSide | Rejection::IterationCap)) {
+            return None;
+        }
+        let starts = starts(&seen.seed, end_from(a.position().as_dvec3(), b))?;
+        let settings = WalkSettings { max_iterations: settings.max_iterations.min(ANOTHER), ..*settings };
+        let before = self.walk_work();
+        let found =
+            starts.into_iter().take(others).find_map(|start| self.solve(a, b, seen, Some(start), &settings).ok());
+        self.retry_work += self.walk_work() - before;
+        self.walks.retried += 1;
+        self.walks.rescued += u64::from(found.is_some());
+        found.map(|edge| CausticEdge { retried: true, ..edge })
+    }
+
+    /// Probability with which a connection of these ends searches for one more chain.
+    fn search_probability(&self, b: &Endpoint, seen: &Seen) -> f32 {
+        let by_default = match b {
+            Endpoint::Point(_) | Endpoint::Infinite(_) if self.world.requirements.delta_lights => SEARCH,
+            _ => 0.0,
+        };
+        let probability = self.options.search.unwrap_or(by_default);
+        let curved = |shape| {
+            let found = self.refractors.binary_search_by_key(&shape, |r| r.shape);
+            found.is_ok_and(|i| self.refractors[i].curved)
+        };
+        let searches = probability > 0.0
+            && self.options.check == Check::Exact
+            && seen.seed.crossings().iter().any(|crossing| curved(crossing.interface));
+        if searches { probability } else { 0.0 }
+    }
+
+    /// A chain that is not `known`, if a search finds one, and how many walks it takes to find that again.
+    fn search(
+        &mut self,
+        a: &Endpoint,
+        b: &Endpoint,
+        seen: &Seen,
+        known: Option<&CausticEdge>,
+        settings: &WalkSettings,
+    ) -> Option<(CausticEdge, u32)> {
+        let straight = || match end_from(a.position().as_dvec3(), b) {
+            End::Point(b) => b.normalize_or(DVec3::Z),
+            End::Direction(d) => d,
+        };
+        let axis = known.map_or_else(straight, |edge| edge.first.as_dvec3().normalize());
+        let before = self.walks.total();
+        let mut look = || {
+            let start = search(axis, self.roulette.next_2d().as_dvec2());
+            self.solve(a, b, seen, Some(start), settings).ok()
+        };
+        let found = look().filter(|edge| known.is_none_or(|known| !known.is(edge))).map(|edge| {
+            let again = (1..MOST_WALKS).find(|_| look().is_some_and(|other| other.is(&edge)));
+            (edge, again.unwrap_or(MOST_WALKS))
+        });
+        self.walks.searches += 1;
+        self.walks.discovered += u64::from(found.is_some());
+        self.walks.search_walks += self.walks.total() - before;
+        found
+    }
+
+    /// What a connection joins two ends by: `S(a, b)`, and what a search finds beside. At rough surfaces they refract at
+    /// microfacets that are drawn here.
+    pub(super) fn connect_chains(&mut self, a: &Endpoint, b: &Endpoint, seen: &mut Seen) -> [Option<CausticEdge>; 2] {
         self.walks.connections += 1;
         for (i, alpha) in seen.rough() {
             let u = self.roulette.next_2d().as_dvec2();
             seen.seed.tilt(i, Tilt::sample(seen.seed.vertices()[i].ns, alpha, u));
         }
-        let seen = &*seen;
         let start = self.walks.connections.is_multiple_of(TIMED).then(Instant::now);
-        self.chains.clear();
         let settings = self.walk_settings(b);
-        let straight = self.solve(a, b, seen, None, &settings);
-        self.chains.extend(straight);
-        let further = self.options.further;
-        if self.options.seeds > 1 && (further >= 1.0 || self.roulette.next_1d() < further) {
-            for from in self.starts(a, b, seen) {
-                let Some(edge) = self.solve(a, b, seen, Some(from), &settings) else { continue };
-                if !self.chains.iter().any(|known| known.leaves_like(edge.first, edge.last, SAME_CHAIN)) {
-                    self.chains.push(CausticEdge { attempt: 1.0 / further.min(1.0), ..edge });
-                }
-            }
-        }
+        let known = self.chain(a, b, seen, &settings);
+        let probability = self.search_probability(b, seen);
+        let searches = probability > 0.0 && self.roulette.next_1d() < probability;
+        let found = if searches { self.search(a, b, seen, known.as_ref(), &settings) } else { None };
+        let other = found.map(|(edge, walks)| CausticEdge {
+            attempt: walks as f32 / probability,
+            presumed: presumed(probability, a, b, edge.inverse_jacobian),
+            ..edge
+        });
         self.walks.nanoseconds[0] += start.map_or(0, |s| TIMED * s.elapsed().as_nanos() as u64);
-        self.walks.connected += u64::from(!self.chains.is_empty());
-        self.walks.chains += self.chains.len() as u64;
+        self.walks.connected += u64::from(known.is_some() || other.is_some());
+        [known, other]
     }
 
     /// Whether a connection of `a` and `b` would have found a chain that was sampled: through `shapes`,
@@ -565,14 +669,27 @@ impl Tracer<'_> {
             _ => (walk, SAME_CHAIN),
         };
         let start = self.walks.checks.is_multiple_of(TIMED).then(Instant::now);
-        let found = std::iter::once(None).chain(self.starts(a, b, &seen).map(Some)).find_map(|from| {
-            let edge = self.solve(a, b, &seen, from, &settings)?;
-            edge.leaves_like(first, last, close).then_some(edge)
+        let like = |edge: &CausticEdge| edge.leaves_like(first, last, close);
+        let known = self.chain(a, b, &seen, &settings);
+        let probability = self.search_probability(b, &seen);
+        let found = known.filter(like).or_else(|| {
+            // A search might find it if a walk that starts there stays there.
+            let start = (probability > 0.0).then(|| first.as_dvec3().normalize())?;
+            let edge = self.solve(a, b, &seen, Some(start), &settings).ok().filter(like)?;
+            Some(CausticEdge { presumed: presumed(probability, a, b, edge.inverse_jacobian), ..edge })
         });
         self.walks.nanoseconds[1] += start.map_or(0, |s| TIMED * s.elapsed().as_nanos() as u64);
         self.walks.confirmed += u64::from(found.is_some());
         found
     }
+}
+
+/// The probability of finding a chain by searches that are made with `probability`, as the weights presume it: the more a
+/// chain spreads the light, compared with the straight line, the smaller the bump that does it, and the fewer the starts
+/// that lead there.
+fn presumed(probability: f32, a: &Endpoint, b: &Endpoint, inverse_jacobian: f64) -> f64 {
+    let spread = inverse_jacobian.abs() / direct_inverse_jacobian(a, b);
+    f64::from(probability) * (1.0 / spread).clamp(LEAST_PRESUMED, 1.0)
 }
 
 /// The light side's end for a walk from `origin`.

@@ -51,6 +51,7 @@ impl Joined {
     /// From the value without its factor `J`, and the densities of this technique, `own`, and of all
     /// others together, over `J` as it enters the weights.
     fn caustic(value: Rgb, cos_b: f64, own: f64, others: f64, camera_only: f64, chain: &CausticEdge) -> Joined {
+        let own = own * chain.presumed;
         let scale = |x: f64| (value.as_dvec3() * x).as_vec3();
         let own_here = own * chain.weight_inverse_jacobian / cos_b;
         // Exactly 1 with the exact term, also at a caustic.
@@ -99,8 +100,9 @@ impl Tracer<'_> {
                         return Some(light);
                     }
                     Sight::Refracted(mut seen) if a.segments + seen.segments() <= self.max_depth => {
-                        self.connect_chains(&from, &at, &mut seen);
-                        self.caustic_next_event(&a, light, at, direct, attempt.scale)
+                        let chains = self.connect_chains(&from, &at, &mut seen).into_iter().flatten();
+                        let join = |c| self.caustic_next_event(&a, light, at, direct, &c, attempt.scale);
+                        chains.filter_map(join).last()
                     }
                     Sight::Blocked | Sight::Refracted(_) => None,
                 };
@@ -172,8 +174,9 @@ impl Tracer<'_> {
                         return;
                     }
                     Sight::Refracted(mut seen) if segments + seen.segments() <= self.max_depth => {
-                        self.connect_chains(&from, &to, &mut seen);
-                        self.caustic_connect(i, j, attempt.scale);
+                        for chain in self.connect_chains(&from, &to, &mut seen).into_iter().flatten() {
+                            self.caustic_connect(i, j, &chain, attempt.scale);
+                        }
                     }
                     Sight::Blocked | Sight::Refracted(_) => {}
                 }
@@ -242,8 +245,9 @@ impl Tracer<'_> {
                         return;
                     }
                     Sight::Refracted(mut seen) if segments + seen.segments() <= self.max_depth => {
-                        self.connect_chains(&pinhole, &to, &mut seen);
-                        self.caustic_to_camera(camera, pinhole, j, attempt.scale);
+                        for chain in self.connect_chains(&pinhole, &to, &mut seen).into_iter().flatten() {
+                            self.caustic_to_camera(camera, pinhole, j, &chain, attempt.scale);
+                        }
                     }
                     Sight::Blocked | Sight::Refracted(_) => {}
                 }
@@ -288,82 +292,75 @@ impl Tracer<'_> {
         light: u32,
         at: Endpoint,
         direct: f64,
+        chain: &CausticEdge,
         attempt: f32,
     ) -> Option<LightVertex> {
         let world = self.world;
-        let mut vertex = None;
-        for chain in &self.chains {
-            let emitted = self.lights.emitted(light, &at, chain.last);
-            let scattering = self.evaluate(a, chain.first, TransportMode::Radiance);
-            let radiance = emitted * chain.transmittance * chain.index_ratio as f32;
-            let value = a.beta * scattering.f * a.cos_s(chain.first) * radiance;
-            if !(value.max_element() > 0.0) {
-                continue;
-            }
-            let densities = self.lights.densities(&world.shapes, light, &at, chain.last, a.at.p);
-            let cos_a = f64::from(a.cos_g(chain.first));
-            let cos_b = match &at {
-                Endpoint::Surface(y) => f64::from(y.ng.dot(chain.last).abs()),
-                Endpoint::Point(_) | Endpoint::Infinite(_) => 1.0,
-            };
-            let remainder = a.partial.at(f64::from(scattering.pdf_reverse));
-            let [toward_light, toward_camera] = chain.probability;
-            let emission = densities.position * densities.direction * toward_camera * chain.etendue_ratio(cos_a, cos_b);
-            let hit = if densities.hittable { f64::from(scattering.pdf) * toward_light } else { 0.0 };
-            let others = emission * remainder + hit;
-            let camera_only = direct * chain.weight_inverse_jacobian / cos_b + hit;
-            let joined = Joined::caustic(value / direct as f32, cos_b, direct, others, camera_only, chain);
-            self.joined.push(Joined { densities: Some(densities), ..joined.attempted(attempt * chain.attempt) });
-            vertex = Some(LightVertex { light, at, densities });
+        let emitted = self.lights.emitted(light, &at, chain.last);
+        let scattering = self.evaluate(a, chain.first, TransportMode::Radiance);
+        let radiance = emitted * chain.transmittance * chain.index_ratio as f32;
+        let value = a.beta * scattering.f * a.cos_s(chain.first) * radiance;
+        if !(value.max_element() > 0.0) {
+            return None;
         }
-        vertex
+        let densities = self.lights.densities(&world.shapes, light, &at, chain.last, a.at.p);
+        let cos_a = f64::from(a.cos_g(chain.first));
+        let cos_b = match &at {
+            Endpoint::Surface(y) => f64::from(y.ng.dot(chain.last).abs()),
+            Endpoint::Point(_) | Endpoint::Infinite(_) => 1.0,
+        };
+        let remainder = a.partial.at(f64::from(scattering.pdf_reverse));
+        let [toward_light, toward_camera] = chain.probability;
+        let emission = densities.position * densities.direction * toward_camera * chain.etendue_ratio(cos_a, cos_b);
+        let hit = if densities.hittable { f64::from(scattering.pdf) * toward_light } else { 0.0 };
+        let others = emission * remainder + hit;
+        let camera_only = direct * chain.presumed * chain.weight_inverse_jacobian / cos_b + hit;
+        let joined = Joined::caustic(value / direct as f32, cos_b, direct, others, camera_only, chain);
+        self.joined.push(Joined { densities: Some(densities), ..joined.attempted(attempt * chain.attempt) });
+        Some(LightVertex { light, at, densities })
     }
 
     /// Connection of two surface vertices through glass.
-    fn caustic_connect(&mut self, i: usize, j: usize, attempt: f32) {
+    fn caustic_connect(&mut self, i: usize, j: usize, chain: &CausticEdge, attempt: f32) {
         let (a, b) = (&self.camera_vertices[i], &self.light_vertices[j]);
-        for chain in &self.chains {
-            let at_a = self.evaluate(a, chain.first, TransportMode::Radiance);
-            let at_b = self.evaluate(b, chain.last, TransportMode::Importance);
-            let geometry = a.cos_s(chain.first) * b.incident_adjoint() * chain.index_ratio as f32;
-            let value = a.beta * at_a.f * chain.transmittance * at_b.f * b.beta * geometry;
-            if !(value.max_element() > 0.0) {
-                continue;
-            }
-            let (cos_a, cos_b) = (f64::from(a.cos_g(chain.first)), f64::from(b.cos_g(chain.last)));
-            let [toward_light, toward_camera] = chain.probability;
-            let camera_side = f64::from(at_b.pdf)
-                * toward_camera
-                * chain.etendue_ratio(cos_a, cos_b)
-                * a.partial.at(f64::from(at_a.pdf_reverse));
-            let to_light = f64::from(at_a.pdf) * toward_light;
-            let others = camera_side + to_light * b.partial.at(f64::from(at_b.pdf_reverse));
-            let camera_only = to_light * b.camera_only.at(f64::from(at_b.pdf_reverse));
-            let joined = Joined::caustic(value, cos_b, self.light_subpaths, others, camera_only, chain);
-            self.joined.push(joined.attempted(attempt * chain.attempt));
+        let at_a = self.evaluate(a, chain.first, TransportMode::Radiance);
+        let at_b = self.evaluate(b, chain.last, TransportMode::Importance);
+        let geometry = a.cos_s(chain.first) * b.incident_adjoint() * chain.index_ratio as f32;
+        let value = a.beta * at_a.f * chain.transmittance * at_b.f * b.beta * geometry;
+        if !(value.max_element() > 0.0) {
+            return;
         }
+        let (cos_a, cos_b) = (f64::from(a.cos_g(chain.first)), f64::from(b.cos_g(chain.last)));
+        let [toward_light, toward_camera] = chain.probability;
+        let camera_side = f64::from(at_b.pdf)
+            * toward_camera
+            * chain.etendue_ratio(cos_a, cos_b)
+            * a.partial.at(f64::from(at_a.pdf_reverse));
+        let to_light = f64::from(at_a.pdf) * toward_light;
+        let others = camera_side + to_light * b.partial.at(f64::from(at_b.pdf_reverse));
+        let camera_only = to_light * b.camera_only.at(f64::from(at_b.pdf_reverse));
+        let joined = Joined::caustic(value, cos_b, self.light_subpaths, others, camera_only, chain);
+        self.joined.push(joined.attempted(attempt * chain.attempt));
     }
 
     /// Connection of light vertex `j` with a pinhole through glass.
-    fn caustic_to_camera(&mut self, camera: &Camera, pinhole: Endpoint, j: usize, attempt: f32) {
+    fn caustic_to_camera(&mut self, camera: &Camera, pinhole: Endpoint, j: usize, chain: &CausticEdge, attempt: f32) {
         let b = &self.light_vertices[j];
         let Endpoint::Point(p) = pinhole else { return };
-        for chain in &self.chains {
-            let Some(seen) = camera.connect(p + chain.first) else { continue };
-            // Per solid angle at the pinhole.
-            let density = camera.density(chain.first, 1.0);
-            let at_b = self.evaluate(b, chain.last, TransportMode::Importance);
-            let scale = density as f32 * b.incident_adjoint() * chain.index_ratio as f32;
-            let value = chain.transmittance * at_b.f * b.beta * scale;
-            if !(value.max_element() > 0.0) {
-                continue;
-            }
-            let cos_b = f64::from(b.cos_g(chain.last));
-            let forward = density * chain.probability[0];
-            let light_side = forward * b.partial.at(f64::from(at_b.pdf_reverse));
-            let camera_only = forward * b.camera_only.at(f64::from(at_b.pdf_reverse));
-            let joined = Joined::caustic(value, cos_b, self.light_subpaths, light_side, camera_only, chain);
-            self.joined.push(Joined { raster: seen.raster, ..joined.attempted(attempt * chain.attempt) });
+        let Some(seen) = camera.connect(p + chain.first) else { return };
+        // Per solid angle at the pinhole.
+        let density = camera.density(chain.first, 1.0);
+        let at_b = self.evaluate(b, chain.last, TransportMode::Importance);
+        let scale = density as f32 * b.incident_adjoint() * chain.index_ratio as f32;
+        let value = chain.transmittance * at_b.f * b.beta * scale;
+        if !(value.max_element() > 0.0) {
+            return;
         }
+        let cos_b = f64::from(b.cos_g(chain.last));
+        let forward = density * chain.probability[0];
+        let light_side = forward * b.partial.at(f64::from(at_b.pdf_reverse));
+        let camera_only = forward * b.camera_only.at(f64::from(at_b.pdf_reverse));
+        let joined = Joined::caustic(value, cos_b, self.light_subpaths, light_side, camera_only, chain);
+        self.joined.push(Joined { raster: seen.raster, ..joined.attempted(attempt * chain.attempt) });
     }
 }

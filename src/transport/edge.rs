@@ -231,7 +231,8 @@ impl Tracer<'_> {
         }
     }
 
-    /// The consistency check: `1/J` if `S(camera side, light side)` is the sampled chain, else 0.
+    /// The consistency check: `1/J` if `S(camera side, light side)` is the sampled chain, a share of it if a search
+    /// might find it, else 0.
     fn confirm_edge(
         &mut self,
         edge: &mut OpenEdge,
@@ -278,6 +279,6 @@ impl Tracer<'_> {
                 TransportMode::Importance => [toward_camera, toward_light],
             };
         }
-        found.weight_inverse_jacobian / cos_b(edge, end)
+        found.presumed * found.weight_inverse_jacobian / cos_b(edge, end)
     }
 }

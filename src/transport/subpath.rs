@@ -4,7 +4,7 @@
 //! routine: then each is a function of the path alone, both subpaths get the same bits for it, and
 //! the weights of all techniques of a path sum to one to f64 precision.
 
-use super::caustic::{CausticEdge, CausticOptions, WalkCount};
+use super::caustic::{CausticOptions, WalkCount};
 use super::connect::Joined;
 use super::edge::{Departure, EdgeEnd, OpenEdge};
 use super::experience::{Experience, Trial};
@@ -135,10 +135,12 @@ pub struct Tracer<'w> {
     pub light_subpaths: f64,
     /// What the last connection was: a path, or one for each chain.
     pub joined: Vec<Joined>,
-    /// The chains of the last caustic connection.
-    pub(super) chains: Vec<CausticEdge>,
     /// How caustic connections are made.
     pub options: CausticOptions,
+    /// Most walks from one pair of ends, unless the options say it.
+    pub seeds: u32,
+    /// The part of [`Tracer::walk_work`] that was done from other starts.
+    pub retry_work: f64,
     /// Random numbers of roulette on them; of the current sample.
     pub roulette: Sampler,
     /// What it goes by.
@@ -186,8 +188,9 @@ impl<'w> Tracer<'w> {
             camera_caustics: false,
             light_subpaths: 1.0,
             joined: Vec::new(),
-            chains: Vec::new(),
             options: CausticOptions::default(),
+            seeds: 1,
+            retry_work: 0.0,
             roulette: Sampler::new(0, 0, 0, Stream::Caustic),
             experience: Experience::default(),
             trials: None,

@@ -98,7 +98,7 @@ pub struct EdgeRecord {
     /// camera-side end. Unused without a chain.
     pub etendue_ratio: f64,
     /// What stands for the technique across a chain: `cos_b / J` where a connection would find the
-    /// chain, 0 where it would not. (In units of `1/J`, so that a caustic's infinite `J` is a zero.)
+    /// chain, a share of it where a search might, 0 where neither would. (In units of `1/J`, so that a caustic's infinite `J` is a zero.)
     pub technique: f64,
     /// Direction in which the path left the old vertex.
     pub departure: Vec3,

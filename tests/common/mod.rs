@@ -108,6 +108,21 @@ impl Builder {
     }
 }
 
+/// A square of `n` by `n` cells over `x` and `z` from -2 to 2, with the point and normal that `at` says.
+pub(crate) fn grid(n: u32, at: impl Fn(f32, f32) -> (Vec3, Vec3)) -> MeshDescription {
+    let along = |i: u32| 4.0 * i as f32 / n as f32 - 2.0;
+    let places = (0..=n).flat_map(|j| (0..=n).map(move |i| (i, j)));
+    let points = places.map(|(i, j)| at(along(i), along(j)));
+    let (positions, normals) = points.map(|(p, n)| (p.to_array(), n.normalize().to_array())).unzip();
+    let corner = |i: u32, j: u32| j * (n + 1) + i;
+    let cell = |(i, j): (u32, u32)| {
+        let [a, b, c, d] = [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)];
+        [[a, d, c], [a, c, b]]
+    };
+    let triangles = (0..n).flat_map(|j| (0..n).map(move |i| (i, j))).flat_map(cell).collect();
+    MeshDescription { name: "grid".to_owned(), positions, normals, triangles }
+}
+
 /// A sphere of triangles with exact vertex normals, from a subdivided icosahedron.
 pub(crate) fn icosphere(radius: f32, subdivisions: u32, smooth: bool) -> MeshDescription {
     let g = (1.0 + 5f32.sqrt()) / 2.0;

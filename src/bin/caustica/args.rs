@@ -2,10 +2,9 @@
 
 use crate::{Failure, scene};
 use caustica::intersect::Backend;
-use caustica::manifold::MAX_STARTS;
 use caustica::render::job::{Caustics, Integrator, Settings};
 use caustica::scene::description::Camera;
-use caustica::transport::caustic::{CausticOptions, Check, GeometryTerm, LARGEST_AIM};
+use caustica::transport::caustic::{CausticOptions, Check, GeometryTerm, LARGEST_AIM, MOST_SEEDS};
 use caustica::transport::roulette::Roulette;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -167,12 +166,14 @@ pub(crate) struct Connections {
     /// Contribution, in multiples of the mean radiance, from which on a connection is always tried
     #[arg(long, value_name = "X", value_parser = positive)]
     pub(crate) roulette_threshold: Option<f64>,
-    /// Walks from one pair of ends behind curved glass: more find more of the paths that join it
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 + MAX_STARTS as i64))]
+    /// Walks from one pair of ends at most, until one finds a path: from the straight line, then from other starts
+    /// [default: 3 to lights that cannot be hit, for mnee, and for bdpt where a few samples forecast that it pays; else 1]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SEEDS)))]
     pub(crate) seeds: Option<u32>,
-    /// Probability with which a connection tries the walks after the first
-    #[arg(long, value_name = "P", value_parser = probability)]
-    pub(crate) further: Option<f32>,
+    /// Probability with which a connection through curved glass searches for one more path, from a random direction
+    /// [default: for bdpt 0.25 to lights that cannot be hit, else 0]
+    #[arg(long, value_name = "P", value_parser = unit)]
+    pub(crate) search: Option<f32>,
     /// Refraction of a lower roughness is crossed by walks, at microfacets drawn beforehand, instead of being
     /// evaluated, unless there are delta lights; 0: smooth refraction alone [default: the material's own]
     #[arg(long, value_name = "R", value_parser = unit)]
@@ -216,12 +217,8 @@ impl Connections {
         if let (Roulette::Contribution(threshold), Some(x)) = (&mut options.roulette, self.roulette_threshold) {
             *threshold = x as f32;
         }
-        if let Some(n) = self.seeds {
-            options.seeds = n;
-        }
-        if let Some(p) = self.further {
-            options.further = p;
-        }
+        options.seeds = self.seeds.or(options.seeds);
+        options.search = self.search.or(options.search);
         options.aim = self.aim.or(options.aim);
         options.light_subpaths = self.light_subpaths.map(|n| n as f32).or(options.light_subpaths);
         options.max_iterations = self.walk_iterations;
@@ -385,10 +382,6 @@ fn positive(text: &str) -> Result<f64, String> {
 
 fn unit(text: &str) -> Result<f32, String> {
     text.parse::<f32>().ok().filter(|x| (0.0..=1.0).contains(x)).ok_or_else(|| "expected 0 to 1".into())
-}
-
-fn probability(text: &str) -> Result<f32, String> {
-    text.parse::<f32>().ok().filter(|p| *p > 0.0 && *p <= 1.0).ok_or_else(|| "expected more than 0, at most 1".into())
 }
 
 fn share(text: &str) -> Result<f32, String> {

@@ -6,7 +6,6 @@ use caustica::manifold::MAX_CHAIN;
 use caustica::math::Rgb;
 use caustica::scene::description::{Camera, Description, Geometry, LightKind, Material, Projection, Scattering};
 use caustica::scene::{CommitOptions, World};
-use caustica::transport::caustic::CausticOptions;
 use glam::DVec3;
 use std::fmt::Write;
 
@@ -43,12 +42,11 @@ fn limits(world: &World) -> Vec<String> {
         return limits;
     }
     if world.requirements.caustics {
-        limits.push(format!(
+        limits.push(
             "delta lights and smooth glass: a path that crosses glass on every leg from lamp to eye is found by walks \
-             alone, at most {} of those that join the ends of a leg (render --seeds), each through the surfaces on the \
-             straight line; the rest is missing, not noise",
-            CausticOptions::default().seeds
-        ));
+             alone, each through the surfaces on the straight line; the rest is missing, not noise"
+                .to_owned(),
+        );
     }
     if world.shape_material.iter().any(|&material| world.bsdfs[material as usize].has_delta()) {
         limits.push(format!(

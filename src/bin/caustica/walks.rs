@@ -28,6 +28,15 @@ pub(crate) fn lines(walks: &WalkCount, rays: u64) -> Vec<String> {
             classes(&walks.steps[1])
         ),
     ];
+    if walks.retried > 0 {
+        let rescued = percent(walks.rescued, walks.retried);
+        lines.push(format!("{} times from other starts, too: {rescued:.0} % found a chain", walks.retried));
+    }
+    if walks.searches > 0 {
+        let found = percent(walks.discovered, walks.searches);
+        let each = walks.search_walks as f64 / walks.searches as f64;
+        lines.push(format!("{} searches for one more: {found:.1} % found one; {each:.1} walks each", walks.searches));
+    }
     let reasons = REASONS.iter().zip(walks.rejected).filter(|(_, n)| *n > 0);
     let mut rejected: Vec<String> =
         reasons.map(|(reason, n)| format!("{reason} {:.0} %", percent(n, walks.total()))).collect();

@@ -9,6 +9,7 @@ mod extremes;
 mod fuzz;
 mod jacobian;
 mod rough;
+mod starts;
 
 use super::*;
 use crate::geometry::differential::{Ball, Facet};

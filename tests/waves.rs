@@ -1,0 +1,91 @@
+//! Under waves the walk from the straight line often ends in a reflection-like root, for the normal where it crosses the
+//! surface misleads; walks from other starts find the chain. Whatever they find, light tracing, which knows no walks,
+//! says how much light there is.
+// The second backend is held against the first ray by ray, in `backends.rs`.
+#![cfg(feature = "embree")]
+
+mod common;
+
+use caustica::render::job::{Integrator, Settings};
+use caustica::scene::World;
+use caustica::scene::description::*;
+use caustica::transport::caustic::{CausticOptions, MOST_SEEDS, WalkCount};
+use common::oracle::{check_reference, first_seed, renders};
+use common::stats::{Blocks, blocks};
+use common::{Builder, grid};
+use glam::{DAffine3, DVec3, Vec3};
+
+const RUNS: u64 = 16;
+const SIDE: u32 = 24;
+const BLOCK: u32 = 6;
+
+/// A floor under a pane with a wavy upper side, seen from between them.
+fn under_waves(lights: impl Fn(&mut Builder)) -> World {
+    let mut b = Builder::default();
+    let white = b.diffuse(0.6);
+    b.quad(Vec3::new(-4.0, 0.0, -4.0), Vec3::Z * 8.0, Vec3::X * 8.0, white);
+    let glass = b.glass(1.33, 0.0);
+    let (height, number) = (0.04f32, 9.0f32);
+    // Upward; its normals are those of the waves, too.
+    let waves = grid(96, |x, z| {
+        let (p, q) = ((number * x).sin(), (number * z).sin());
+        let slope = |along: f32, other: f32| -height * number * (number * along).cos() * other;
+        (Vec3::new(x, 1.1 + height * p * q, z), Vec3::new(slope(x, q), 1.0, slope(z, p)))
+    });
+    b.mesh(waves, glass, DAffine3::IDENTITY);
+    b.quad(Vec3::new(-2.0, 1.0, -2.0), Vec3::X * 4.0, Vec3::Z * 4.0, glass);
+    lights(&mut b);
+    b.perspective([0.0, 0.9, 0.9], [0.0, 0.0, 0.0], 0.5);
+    b.commit()
+}
+
+fn with(integrator: Integrator, samples: u32, seeds: Option<u32>, search: Option<f32>) -> Settings {
+    let caustic_options = CausticOptions { seeds, search, ..CausticOptions::default() };
+    // Floor, two refractions, light.
+    Settings { max_depth: 4, caustic_options, ..common::settings(integrator, SIDE, samples, 0) }
+}
+
+fn measure(name: &str, world: &World, settings: &Settings) -> Blocks {
+    let seed = first_seed(name);
+    blocks(&renders(world, settings, seed..seed + RUNS), BLOCK)
+}
+
+fn walks(world: &World, seeds: u32) -> WalkCount {
+    common::run(world, &with(Integrator::Mnee, 16, Some(seeds), None)).statistics.walks
+}
+
+#[test]
+fn a_lamp_through_waves() {
+    // What the walks miss the path tracer's hits find, and the weights must know which.
+    let world = under_waves(|b| {
+        let lamp = b.lamp(4.0);
+        b.quad(Vec3::new(1.0, 2.0, -0.5), Vec3::X, Vec3::Z, lamp);
+    });
+    let expected = measure("lamp", &world, &with(Integrator::Light, 2048, None, None));
+    for (seeds, search) in [(1, None), (MOST_SEEDS, None), (MOST_SEEDS, Some(0.25))] {
+        let name = format!("lamp, at most {seeds} walks, searches {search:?}");
+        let ours = measure(&name, &world, &with(Integrator::Mnee, 256, Some(seeds), search));
+        check_reference(&name, &ours, &expected, (RUNS - 1) as f64, 0.025).unwrap_or_else(|e| panic!("{e}"));
+    }
+    let [one, all] = [1, MOST_SEEDS].map(|seeds| walks(&world, seeds));
+    eprintln!("{} of {} found, {} of {}", one.connected, one.connections, all.connected, all.connections);
+    assert_eq!(one.retried, 0);
+    assert!(all.rescued * 3 > all.retried, "{all:?}");
+}
+
+#[test]
+fn a_point_light_through_waves() {
+    // Nothing but walks finds it: what they miss is lost, and of several chains between two ends they find one.
+    let light = LightKind::Point { position: DVec3::new(1.5, 2.0, 0.0), intensity: Vec3::splat(3.0) };
+    let world = under_waves(|b| b.light(light));
+    let expected = measure("point light", &world, &with(Integrator::Light, 2048, None, None));
+    for probability in [0.25, 0.6] {
+        let name = format!("point light, searches with {probability}");
+        let ours = measure(&name, &world, &with(Integrator::Mnee, 256, None, Some(probability)));
+        check_reference(&name, &ours, &expected, (RUNS - 1) as f64, 0.025).unwrap_or_else(|e| panic!("{e}"));
+    }
+    let without = measure("point light, no searches", &world, &with(Integrator::Mnee, 128, None, None));
+    let missed = 1.0 - without.total.0 / expected.total.0;
+    eprintln!("missed without searches {:.1} %", 100.0 * missed);
+    assert!((0.2..0.4).contains(&missed), "{missed}");
+}
