@@ -38,7 +38,9 @@ const CONNECTIONS_WORTH: f64 = 2.0;
 /// with all or none of six.
 const AIM_WORTH: f64 = 3.0;
 
-/// Other starts of walks pay if they save so many times what they add.
+/// Other starts of walks pay if they save so many times what they add. Measured (variance saved over work added with
+/// three seeds; error of the caustics at equal time, without over with): water 19 to 26, 1.8; water_small above 10^4, 1.0
+/// where the worst pixels are left out, as they are in relMSE; eye, eye_small, demo and figure4b 0.0 to 0.7, 0.9 to 1.0.
 const SEEDS_WORTH: f64 = 1.0;
 
 /// Fewer light subpaths pay if work times second moments falls to this share, the geometric mean of caustics and other
