@@ -6,7 +6,7 @@
 
 mod common;
 
-use caustica::render::job::{Integrator, Settings};
+use caustica::render::job::{Caustics, Integrator, Settings};
 use caustica::scene::World;
 use caustica::scene::description::*;
 use caustica::transport::caustic::{CausticOptions, MOST_SEEDS, WalkCount};
@@ -88,4 +88,9 @@ fn a_point_light_through_waves() {
     let missed = 1.0 - without.total.0 / expected.total.0;
     eprintln!("missed without searches {:.1} %", 100.0 * missed);
     assert!((0.2..0.4).contains(&missed), "{missed}");
+    // Unasked, bidirectional path tracing searches to such lights, and manifold next-event estimation does not.
+    for (integrator, searches) in [(Integrator::Bdpt, true), (Integrator::Mnee, false)] {
+        let settings = Settings { caustics: Caustics::On, ..with(integrator, 1, None, None) };
+        assert_eq!(common::run(&world, &settings).statistics.walks.searches > 0, searches, "{integrator:?}");
+    }
 }

@@ -398,6 +398,7 @@ pub(super) fn tracer<'w>(world: &'w World, view: &View, settings: &Settings, pil
     tracer.options = settings.caustic_options;
     tracer.seeds = pilot.seeds;
     if settings.integrator == Integrator::Mnee {
+        // As it was published: one chain for each pair of ends.
         tracer.options.search.get_or_insert(0.0);
     }
     if let Some(aim) = &pilot.aim {
