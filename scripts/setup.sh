@@ -20,9 +20,14 @@ embree_ok() {
   [ "${v:-0}" -ge "$EMBREE_MIN" ]
 }
 oiio_ok() { have pkg-config && pkg-config --exists OpenImageIO; }
+# Not libclang-cpp, which LLVM's own packages bring: bindgen cannot use it.
 libclang_ok() {
   [ -n "${LIBCLANG_PATH:-}" ] && return 0
-  compgen -G '/usr/lib/llvm-*/lib/libclang*.so*' >/dev/null || compgen -G '/usr/lib/*/libclang*.so*' >/dev/null
+  local dir
+  for dir in '/usr/lib/llvm-*/lib' '/usr/lib/*'; do
+    compgen -G "$dir/libclang.so*" >/dev/null || compgen -G "$dir/libclang-[0-9]*.so*" >/dev/null && return 0
+  done
+  return 1
 }
 cxx_ok() { have c++ && have cc && have make; }
 rust_ok() {
