@@ -2,11 +2,16 @@
 
 use super::*;
 use crate::geometry::Sphere;
-use crate::intersect::{BackendError, check_count};
+use crate::intersect::{BackendError, Hit, check_count};
 
 fn quad(z: f32) -> Shape {
     let positions = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| Vec3::new(x, y, z)).to_vec();
     Shape::Mesh(Mesh { positions, normals: vec![], triangles: vec![[0, 1, 2], [0, 2, 3]] })
+}
+
+/// Whether a hit is at these numbers. The last place is Embree's estimate of a reciprocal, in which processors differ.
+fn is_at(hit: &Hit, t: f32, u: f32, v: f32) -> bool {
+    [(hit.t, t), (hit.u, u), (hit.v, v)].iter().all(|(x, truth)| (x - truth).abs() <= 1e-6 * truth.abs())
 }
 
 #[test]
@@ -15,9 +20,9 @@ fn hits_name_shape_primitive_and_place() {
     for b in backends(&[quad(0.0), Shape::Mesh(Mesh::default()), sphere, quad(2.0)]) {
         let name = b.describe();
         let hit = b.closest(&half_line(Vec3::new(0.5, -0.25, 4.0), Vec3::new(0.0, 0.0, -2.0))).unwrap();
-        assert_eq!((hit.shape, hit.primitive, hit.t), (3, 0, 1.0), "{name}");
+        assert_eq!((hit.shape, hit.primitive), (3, 0), "{name}");
         // (x, y) = (-1, -1) + u (2, 0) + v (2, 2)
-        assert_eq!((hit.u, hit.v), (0.375, 0.375), "{name}");
+        assert!(is_at(&hit, 1.0, 0.375, 0.375), "{hit:?}, {name}");
         let hit = b.closest(&half_line(Vec3::new(5.0, 0.0, 9.0), Vec3::NEG_Z)).unwrap();
         assert_eq!((hit.shape, hit.primitive, hit.t, hit.u, hit.v), (2, 0, 8.0, 0.0, 0.0), "{name}");
         let hit = b.closest(&half_line(Vec3::new(5.0, 0.0, 0.0), Vec3::new(0.0, 0.5, 0.0))).unwrap();
@@ -89,7 +94,7 @@ fn identical_and_flat_primitives_build_and_the_first_of_them_is_hit() {
     let mesh = Mesh { positions: one.to_vec(), normals: vec![], triangles: vec![[0, 1, 2]; count] };
     for b in backends(&[Shape::Mesh(mesh)]) {
         let hit = b.closest(&half_line(Vec3::new(0.0, 0.0, 1.0), Vec3::NEG_Z)).unwrap();
-        assert!(hit.t == 1.0 && (hit.primitive as usize) < count);
+        assert!(is_at(&hit, 1.0, 0.25, 0.5) && (hit.primitive as usize) < count, "{hit:?}, {}", b.describe());
         if b.describe().starts_with("obvhs") {
             assert_eq!(hit.primitive, 0);
         }
