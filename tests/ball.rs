@@ -11,7 +11,7 @@ mod common;
 use caustica::render::job::{Caustics, Integrator, Settings};
 use caustica::scene::World;
 use caustica::scene::description::*;
-use caustica::transport::caustic::CausticOptions;
+use caustica::transport::options::CausticOptions;
 use caustica::transport::roulette::Roulette;
 use common::oracle::{check_bias, first_seed, renders};
 use common::stats::{block_means, mean_and_error};

@@ -198,7 +198,7 @@ mutation("starts: the way back by the indices of the way there", "src/manifold/s
          "back = refract(back, vertex.ns, crossing.n_o, crossing.n_i)?;",
          "back = refract(back, vertex.ns, crossing.n_i, crossing.n_o)?;",
          ("lib", "the_way_back_is_exact"))
-mutation("search: the known chain counted again", "src/transport/caustic.rs",
+mutation("search: the known chain counted again", "src/transport/search.rs",
          "look().filter(|edge| known.is_none_or(|known| !known.is(edge)))",
          "look()",
          ("waves", "a_point_light"))
@@ -232,7 +232,7 @@ mutation("caustic: the paper's base case, the camera's technique counted behind 
 mutation("caustic: roulette without its division", "src/transport/roulette.rs",
          "return attempt(1.0 / probability);", "return attempt(1.0);",
          ("options", "roulette_changes_nothing"))
-mutation("caustic: opaque surfaces on the straight line stop the walk", "src/transport/caustic.rs",
+mutation("caustic: opaque surfaces on the straight line stop the walk", "src/transport/sight.rs",
          "const MOST_OPAQUE: u32 = 8;", "const MOST_OPAQUE: u32 = 0;",
          ("caustic", "passes_beside"))
 mutation("forecast: all light counts, not caustics alone", "src/render/moments.rs",

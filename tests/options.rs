@@ -7,7 +7,7 @@ mod common;
 
 use caustica::render::job::{Cancel, Caustics, Integrator, RenderError, Settings, render};
 use caustica::scene::{CommitOptions, World};
-use caustica::transport::caustic::{CausticOptions, Check, GeometryTerm, MOST_SEEDS};
+use caustica::transport::options::{CausticOptions, Check, GeometryTerm, MOST_SEEDS};
 use caustica::transport::roulette::Roulette;
 use common::oracle::{check_reference, first_seed, renders};
 use common::scenes::under_a_lamp;

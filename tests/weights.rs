@@ -17,7 +17,7 @@ use caustica::scatter::{Bsdf, TransportMode};
 use caustica::scene::World;
 use caustica::scene::description::*;
 use caustica::transport::aim::{Aimed, glass};
-use caustica::transport::caustic::{CausticOptions, GeometryTerm, MOST_SEEDS};
+use caustica::transport::options::{CausticOptions, GeometryTerm, MOST_SEEDS};
 use caustica::transport::roulette::Roulette;
 use caustica::transport::vertex::{EdgeRecord, on_path};
 use caustica::transport::{Tracer, Vertex};

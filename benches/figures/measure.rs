@@ -4,7 +4,7 @@ use caustica::io::gltf;
 use caustica::render::Image;
 use caustica::render::job::{Cancel, Caustics, Integrator, Output, Settings, render};
 use caustica::scene::{CommitOptions, World};
-use caustica::transport::caustic::CausticOptions;
+use caustica::transport::options::CausticOptions;
 use glam::DVec3;
 use std::path::Path;
 use std::time::Duration;

@@ -4,7 +4,7 @@ use crate::measure::{Budget, Estimate, Method, Reference, Subject};
 use crate::report::{Report, number};
 use crate::{Options, SEED, Scene, plot, strip};
 use caustica::render::job::{Forecast, Output, Statistics};
-use caustica::transport::caustic::REASONS;
+use caustica::transport::walk_count::REASONS;
 use std::fmt::Write;
 
 /// Shares of the budget of the shorter renders.

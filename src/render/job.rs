@@ -9,10 +9,11 @@ use crate::integrator::{Contribution, Observer, Sample, Splat, light, path};
 use crate::pool;
 use crate::scene::World;
 use crate::transport::Tracer;
-use crate::transport::caustic::{
+use crate::transport::options::{
     CausticOptions, Check, GeometryTerm, LARGEST_AIM, LARGEST_TOLERANCE, LEAST_LIGHT_SUBPATHS, MOST_LIGHT_SUBPATHS,
-    MOST_SEEDS, WalkCount,
+    MOST_SEEDS,
 };
+use crate::transport::walk_count::WalkCount;
 use glam::Vec2;
 use std::collections::BTreeMap;
 use std::sync::Mutex;

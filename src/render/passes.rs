@@ -7,8 +7,8 @@ use super::job::{Output, RenderError, Settings, Statistics, Technique, Technique
 use crate::integrator::{Sample, Splat};
 use crate::math::Rgb;
 use crate::render::Image;
-use crate::transport::caustic::WalkCount;
 use crate::transport::subpath::RayCount;
+use crate::transport::walk_count::WalkCount;
 use glam::DVec3;
 use std::collections::BTreeMap;
 use std::ops::Range;

@@ -12,8 +12,8 @@ use crate::integrator::bdpt::{self, View};
 use crate::scene::World;
 use crate::transport::Tracer;
 use crate::transport::aim::{self, Aimed, CLASSES, departures};
-use crate::transport::caustic::{AIM, MOST_SEEDS};
 use crate::transport::experience::Experience;
+use crate::transport::options::{AIM, MOST_SEEDS};
 use crate::transport::roulette::{self, Roulette};
 
 /// Samples, in groups. The median of their means counts, and the ten of them that forecast least: a few rare paths must

@@ -6,7 +6,7 @@ use crate::integrator::bdpt::View;
 use crate::integrator::{Observer, Sample};
 use crate::scene::World;
 use crate::transport::Tracer;
-use crate::transport::caustic::WalkCount;
+use crate::transport::walk_count::WalkCount;
 
 /// Draws samples as [`job::render`] with the same settings draws them, bit for bit.
 pub struct Probe<'w> {

@@ -1,31 +1,22 @@
 //! Caustic connections (Speierer et al. 2018, §3, Algorithm 1): where the segment between two
-//! connectable vertices crosses refracting surfaces, a manifold walk from that segment finds the path
-//! through them. Opaque surfaces on the segment do not matter, only those on the path; in the paper they
-//! do.
+//! connectable vertices crosses refracting surfaces (`sight.rs`), a manifold walk from that segment finds the path
+//! through them.
 //!
 //! `S(a, b)` is one pure function of the ordered pair, camera side first: the chain to which the walk from the
 //! straight segment leads or, where that finds none, the first one from two other starts. Connections use it; and when
 //! a subpath has sampled a chain, the same walks decide whether it is that one, and so whether the technique counts in
 //! the weights (§3.3.1's check, run to convergence: fewer iterations are biased). The paper has the first walk alone.
-//! What the walks miss is left to the other techniques, and so to their noise.
-//!
-//! Between a delta light and a pinhole that are both behind glass there are no others. To such lights a connection also
-//! searches, now and then, from a random direction. A chain that is found so, and is not `S(a, b)`, counts with the
-//! reciprocal of the probability of finding it, estimated without bias by the number of walks until it is found again
-//! (Zeltner, Georgiev and Jakob 2020, §4.2). The weights need a function of the path alone: they presume a probability
-//! (`presumed`), and a sampled chain needs no search but one walk, which must stay where it is. Whatever they presume,
-//! they sum to one; the worse the guess, the more noise.
+//! What the walks miss is left to the other techniques, and so to their noise, or to `search.rs`.
 
 use super::Tracer;
-use super::interfaces::{Refractors, meets_box};
-use super::roulette::Roulette;
+use super::interfaces::Refractors;
+use super::options::{Check, FEW, GeometryTerm, HURRIED, MOST_SEEDS};
+use super::search::presumed;
+use super::sight::{Seen, Sight, segment};
+use super::walk_count::REASONS;
 use crate::camera::Endpoint;
-use crate::geometry::{Ray, Shape, SurfacePoint};
-use crate::manifold::{
-    Crossing, End, MAX_CHAIN, OTHER_STARTS, Rejection, Seed, Source, Tilt, WalkSettings, search, starts, walk,
-};
+use crate::manifold::{End, MAX_CHAIN, Rejection, Source, Tilt, WalkSettings, starts, walk};
 use crate::math::Rgb;
-use crate::scene::world::MediumId;
 use glam::{DVec3, Vec3};
 use std::cell::Cell;
 use std::time::Instant;
@@ -34,179 +25,16 @@ use std::time::Instant;
 /// solutions this close lie within the square of it of a fold, where there is no energy to speak of.
 const SAME_CHAIN: f32 = 1e-4;
 
-/// Largest [`WalkSettings::tolerance`] of a render: an angle a tenth as large as what tells chains apart.
-/// Beyond, the check fails to recognise what connections find, and light is counted twice (at 1e-3 radians
-/// 18 % of Figure 4a's caustics).
-pub const LARGEST_TOLERANCE: f64 = 1e-5;
-
-/// Opaque surfaces that the straight segment may cross: light that glass bends passes beside them, as the
-/// light that reaches an iris from the side does, for which the straight line runs through the sclera.
-/// Without this those paths are left to techniques that seldom find them (eye_small: 115 times the error).
-const MOST_OPAQUE: u32 = 8;
-
-/// Which geometry term of a chain enters the weights. Contributions always have the exact one, so both
-/// are unbiased.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum GeometryTerm {
-    /// The generalised geometry term. Where the light gathers, the weight falls as the contribution grows.
-    #[default]
-    Exact,
-    /// As if the ends saw each other (Speierer et al. 2018, §3.2), with the cosines of the real directions.
-    /// Near a caustic the weighted contribution is unbounded.
-    Direct,
-}
-
-/// How a sampled chain is recognised as one that a connection would have found.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Check {
-    /// By the connection's own walk.
-    #[default]
-    Exact,
-    /// By the first [`FEW`] steps of it (Speierer et al. 2018, §3.3.1). Biased: counts energy twice where
-    /// the walk needs more steps.
-    Few,
-    /// Not at all. Biased: loses the energy of all chains that no walk finds.
-    Off,
-}
-
-/// Steps of [`Check::Few`].
-pub const FEW: u32 = 3;
-
 /// "Close enough" for [`Check::Few`]: largest deviation from Snell's law, and from the sampled
 /// directions, in radians.
 const CLOSE_ENOUGH: f64 = 0.02;
-
-/// Most steps of a walk between ends that other techniques join, too. Of the walks that arrive 1 to 5 %
-/// need more, and hopeless ones run to the end: with 24 instead of 64 the error at equal time falls by 1 %
-/// (water_glass) to 30 % (lumpy).
-pub const HURRIED: u32 = 24;
 
 /// Most steps of a walk from another start: those that arrive are quick. Error of the caustics, times time: with 24
 /// 0 to 4 % more (water, eye, eye_small, figure4b), with 8 instead 8 % more on water, 0 to 2 % less on the others.
 const ANOTHER: u32 = 12;
 
-/// Largest [`CausticOptions::seeds`].
-pub const MOST_SEEDS: u32 = 1 + OTHER_STARTS as u32;
-
-/// Share that is aimed at glass, where any is. The error of caustics at equal time is about the same from 0.3 to 0.75.
-pub const AIM: f32 = 0.5;
-
-/// Largest share that may be aimed: what goes elsewhere would be all noise.
-pub const LARGEST_AIM: f32 = 0.95;
-
-/// Largest [`CausticOptions::light_subpaths`]: far beyond what pays.
-pub const MOST_LIGHT_SUBPATHS: f32 = 64.0;
-
-/// Smallest: far below what pays.
-pub const LEAST_LIGHT_SUBPATHS: f32 = 1e-3;
-
-/// Probability of a search to a light that cannot be hit.
-pub const SEARCH: f32 = 0.25;
-
-/// Most walks of a search. Until a chain is found again takes as many on average as there are chains to find, however
-/// hard these are to find; this is far beyond.
-const MOST_WALKS: u32 = 1 << 16;
-
-/// Smallest share of the usual probability that is presumed of a search.
-const LEAST_PRESUMED: f64 = 1e-3;
-
-/// How caustic connections are made and weighed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CausticOptions {
-    /// In the weights.
-    pub geometry_term: GeometryTerm,
-    /// Of sampled chains. All but the exact one need [`GeometryTerm::Direct`]: without the walk's result
-    /// the generalised term of a sampled chain is not known.
-    pub check: Check,
-    /// Most steps of a walk; by default those of `walk` to a light that cannot be hit, else [`HURRIED`].
-    pub max_iterations: Option<u32>,
-    /// The walk.
-    pub walk: WalkSettings,
-    /// Walks from one pair of ends at most, until one finds a chain: 1 for that from the straight segment, up to
-    /// [`MOST_SEEDS`]. By default all to lights that cannot be hit, since nothing else may find that chain, and for
-    /// manifold next-event estimation; elsewhere where a few samples before the render forecast that it pays.
-    pub seeds: Option<u32>,
-    /// Probability with which a connection through curved glass searches for one more chain, with [`Check::Exact`] only.
-    /// By default [`SEARCH`] to lights that cannot be hit, else 0; never for manifold next-event estimation.
-    pub search: Option<f32>,
-    /// Which connections are tried.
-    pub roulette: Roulette,
-    /// Share of what light subpaths draw at lights and at surfaces that is aimed at glass, at most [`LARGEST_AIM`]; 0
-    /// for none. By default [`AIM`] where a few samples before the render forecast that it pays, unless connections
-    /// are switched off. For bidirectional path tracing and, on demand, light tracing.
-    pub aim: Option<f32>,
-    /// Light subpaths per sample, from [`LEAST_LIGHT_SUBPATHS`] to [`MOST_LIGHT_SUBPATHS`]; with fewer than 1 some samples
-    /// have none. By default 1, or where connections are made as few as those samples forecast to pay. For
-    /// bidirectional path tracing.
-    pub light_subpaths: Option<f32>,
-}
-
-impl Default for CausticOptions {
-    fn default() -> Self {
-        CausticOptions {
-            geometry_term: GeometryTerm::Exact,
-            check: Check::Exact,
-            max_iterations: None,
-            walk: WalkSettings::default(),
-            seeds: None,
-            search: None,
-            roulette: Roulette::Contribution(0.5),
-            aim: None,
-            light_subpaths: None,
-        }
-    }
-}
-
-impl CausticOptions {
-    /// What the paper describes: the direct term, a check of few steps, roulette by lengths, one
-    /// walk per connection.
-    pub fn paper() -> CausticOptions {
-        CausticOptions {
-            geometry_term: GeometryTerm::Direct,
-            check: Check::Few,
-            max_iterations: None,
-            walk: WalkSettings::default(),
-            seeds: Some(1),
-            search: Some(0.0),
-            roulette: Roulette::Lengths,
-            aim: Some(0.0),
-            light_subpaths: Some(1.0),
-        }
-    }
-}
-
-/// What lies between two ends.
-pub enum Sight {
-    /// Nothing.
-    Clear,
-    /// Something opaque, or a chain that cannot be walked.
-    Blocked,
-    /// Refracting surfaces, and perhaps opaque ones.
-    Refracted(Box<Seen>),
-}
-
-/// The refracting surfaces on a straight segment.
-#[derive(Default)]
-pub struct Seen {
-    seed: Seed,
-    /// Medium of each segment.
-    media: [MediumId; MAX_CHAIN + 1],
-    /// Width of each crossing's distribution of microfacet normals; 0 where it is smooth.
-    alphas: [f32; MAX_CHAIN],
-}
-
-impl Seen {
-    /// Segments of a path through the chain: one more than it has vertices.
-    pub(super) fn segments(&self) -> u32 {
-        self.seed.crossings().len() as u32 + 1
-    }
-
-    /// The rough crossings, with the width of their distribution of normals.
-    fn rough(&self) -> impl Iterator<Item = (usize, f64)> + use<> {
-        let rough = (0..).zip(self.alphas).filter(|(_, alpha)| *alpha > 0.0);
-        rough.map(|(i, alpha)| (i, f64::from(alpha)))
-    }
-}
+/// One walk of so many is timed.
+const TIMED: u64 = 16;
 
 /// A chain between two ends, as the estimators need it.
 #[derive(Clone, Copy, Debug)]
@@ -245,7 +73,7 @@ pub struct CausticEdge {
 impl CausticEdge {
     /// Whether both are the same chain.
     #[inline]
-    fn is(&self, other: &CausticEdge) -> bool {
+    pub(super) fn is(&self, other: &CausticEdge) -> bool {
         self.leaves_like(other.first, other.last, SAME_CHAIN)
     }
 
@@ -262,190 +90,7 @@ impl CausticEdge {
     }
 }
 
-/// Numbers about walks.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct WalkCount {
-    /// Connections tried through glass.
-    pub connections: u64,
-    /// Attempts that roulette spared, whether there was glass in the way or not.
-    pub spared: u64,
-    /// Connections that found a chain.
-    pub connected: u64,
-    /// Pairs of ends for which other starts were tried, too.
-    pub retried: u64,
-    /// Of these, those for which they led to a chain.
-    pub rescued: u64,
-    /// Connections that searched for one more chain.
-    pub searches: u64,
-    /// Searches that found one.
-    pub discovered: u64,
-    /// Walks of searches, which are among all.
-    pub search_walks: u64,
-    /// Sampled chains that were checked.
-    pub checks: u64,
-    /// Of these, those that a connection would have found.
-    pub confirmed: u64,
-    /// Newton steps of all walks, halved ones included.
-    pub iterations: u64,
-    /// Walks by their steps: class `k` has those of `2^k` to `2^(k+1) - 1`, the first also none. Walks that
-    /// converged, and those that did not.
-    pub steps: [[u64; STEP_CLASSES]; 2],
-    /// Nanoseconds spent on connecting and on checking: one walk in sixteen is timed.
-    pub nanoseconds: [u64; 2],
-    /// Walks whose chain was blocked.
-    pub occluded: u64,
-    /// Walks without convergence, or to a wrong root, by reason: see [`Rejection`].
-    pub rejected: [u64; REASONS.len()],
-}
-
-/// Classes of [`WalkCount::steps`].
-pub const STEP_CLASSES: usize = 8;
-
-/// One walk of so many is timed.
-const TIMED: u64 = 16;
-
-/// The reasons that [`WalkCount::rejected`] counts, in its order.
-pub const REASONS: [Rejection; 9] = [
-    Rejection::Empty,
-    Rejection::TooLong,
-    Rejection::Media,
-    Rejection::Miss,
-    Rejection::TotalReflection,
-    Rejection::Singular,
-    Rejection::IterationCap,
-    Rejection::WrongSide,
-    Rejection::Opaque,
-];
-
-impl WalkCount {
-    /// All walks.
-    pub fn total(&self) -> u64 {
-        self.steps.as_flattened().iter().sum()
-    }
-
-    fn count_steps(&mut self, iterations: u32, converged: bool) {
-        self.iterations += u64::from(iterations);
-        let class = iterations.max(1).ilog2() as usize;
-        self.steps[usize::from(!converged)][class.min(STEP_CLASSES - 1)] += 1;
-    }
-}
-
-impl std::ops::AddAssign for WalkCount {
-    fn add_assign(&mut self, o: WalkCount) {
-        self.connections += o.connections;
-        self.spared += o.spared;
-        self.connected += o.connected;
-        self.retried += o.retried;
-        self.rescued += o.rescued;
-        self.searches += o.searches;
-        self.discovered += o.discovered;
-        self.search_walks += o.search_walks;
-        self.checks += o.checks;
-        self.confirmed += o.confirmed;
-        self.iterations += o.iterations;
-        self.occluded += o.occluded;
-        for (n, more) in self.steps.as_flattened_mut().iter_mut().zip(o.steps.as_flattened()) {
-            *n += more;
-        }
-        for (n, more) in self.nanoseconds.iter_mut().zip(o.nanoseconds) {
-            *n += more;
-        }
-        for (r, n) in self.rejected.iter_mut().zip(o.rejected) {
-            *r += n;
-        }
-    }
-}
-
-/// The open segment between two ends; neither is its own occluder.
-fn segment(a: &Endpoint, b: &Endpoint) -> Option<Ray> {
-    Some(match (a, b) {
-        (Endpoint::Surface(a), Endpoint::Surface(b)) => Ray::between(a, b),
-        (Endpoint::Surface(a), Endpoint::Point(p)) => Ray::to_point(a, *p),
-        (Endpoint::Surface(a), Endpoint::Infinite(d)) => Ray::leaving(a, *d),
-        (Endpoint::Point(p), Endpoint::Surface(b)) => {
-            let end = b.offset_from(*p - b.p);
-            Ray { origin: *p, direction: end - *p, t_max: 1.0 }
-        }
-        (Endpoint::Point(p), Endpoint::Point(q)) => Ray { origin: *p, direction: *q - *p, t_max: 1.0 },
-        (Endpoint::Point(p), Endpoint::Infinite(d)) => Ray { origin: *p, direction: *d, t_max: f32::INFINITY },
-        (Endpoint::Infinite(_), _) => return None,
-    })
-}
-
 impl Tracer<'_> {
-    /// The segment, if it meets a box around glass; without one there is no chain on it.
-    #[inline]
-    pub(super) fn toward_glass(&self, a: &Endpoint, b: &Endpoint) -> Option<Ray> {
-        segment(a, b).filter(|ray| self.refractors.iter().any(|r| meets_box(ray, r.low, r.high)))
-    }
-
-    /// What lies on the segment `ray` from `a` to `b`: the visibility test and, where refracting surfaces
-    /// block it, the seed of a walk.
-    pub(super) fn sight(&mut self, mut ray: Ray, a: &Endpoint, b: &Endpoint) -> Sight {
-        let world = self.world;
-        let origin = a.position().as_dvec3();
-        let direction = ray.direction.as_dvec3();
-        let onward = |at: &SurfacePoint| match b {
-            Endpoint::Surface(b) => Ray::between(at, b),
-            Endpoint::Point(p) => Ray::to_point(at, *p),
-            Endpoint::Infinite(d) => Ray::leaving(at, *d),
-        };
-        let mut seen: Option<Box<Seen>> = None;
-        let mut opaque = 0;
-        while opaque <= MOST_OPAQUE {
-            self.rays.shadow += 1;
-            let Some(hit) = world.intersector.closest(&ray) else {
-                return match seen {
-                    Some(seen) => Sight::Refracted(seen),
-                    None if opaque == 0 => Sight::Clear,
-                    None => Sight::Blocked,
-                };
-            };
-            let shape = &world.shapes[hit.shape as usize];
-            let at = SurfacePoint { shape: hit.shape, ..shape.surface(&ray, &hit) };
-            let bsdf = self.bsdf(hit.shape);
-            let (Some(boundary), Some(refraction)) = (world.boundary(hit.shape), bsdf.walked_refraction()) else {
-                opaque += 1;
-                ray = onward(&at);
-                continue;
-            };
-            let differential = match shape {
-                Shape::Mesh(mesh) => {
-                    let facet = mesh.local(hit.primitive, origin);
-                    let crossing = facet.crossing(ray.origin.as_dvec3() - origin, direction);
-                    match crossing.and_then(|(_, u, v)| facet.at(u, v)) {
-                        Some(differential) => differential,
-                        None => return Sight::Blocked,
-                    }
-                }
-                Shape::Sphere(sphere) => {
-                    let n = at.p.as_dvec3() - sphere.center.as_dvec3();
-                    sphere.local(origin).at(n.normalize_or(DVec3::Z))
-                }
-            };
-            let before = boundary.medium_toward(&at, -ray.direction);
-            let after = boundary.medium_toward(&at, ray.direction);
-            let index = |m: MediumId| f64::from(world.media[m as usize].ior);
-            let seen = seen.get_or_insert_with(Box::default);
-            let crossing = Crossing {
-                interface: hit.shape,
-                inward: at.ng.dot(ray.direction) < 0.0,
-                n_i: index(before),
-                n_o: index(after),
-            };
-            if seen.seed.push(crossing, &differential).is_err() {
-                return Sight::Blocked;
-            }
-            let crossed = seen.seed.crossings().len();
-            seen.media[crossed - 1] = before;
-            seen.media[crossed] = after;
-            seen.alphas[crossed - 1] = refraction.alpha;
-            // Onward to the same end.
-            ray = onward(&at);
-        }
-        Sight::Blocked
-    }
-
     /// The walk to `b`: patient where nothing else finds the path.
     fn walk_settings(&self, b: &Endpoint) -> WalkSettings {
         // A camera's path samples chains that end there, whatever the walk finds.
@@ -457,7 +102,7 @@ impl Tracer<'_> {
 
     /// The unobstructed chain from `a` (camera side) to `b` (light side) to which the walk leads from the straight
     /// segment or from `start`, or why the walk failed, if it did.
-    fn solve(
+    pub(super) fn solve(
         &mut self,
         a: &Endpoint,
         b: &Endpoint,
@@ -570,52 +215,6 @@ impl Tracer<'_> {
         found.map(|edge| CausticEdge { retried: true, ..edge })
     }
 
-    /// Probability with which a connection of these ends searches for one more chain.
-    fn search_probability(&self, b: &Endpoint, seen: &Seen) -> f32 {
-        let by_default = match b {
-            Endpoint::Point(_) | Endpoint::Infinite(_) if self.world.requirements.delta_lights => SEARCH,
-            _ => 0.0,
-        };
-        let probability = self.options.search.unwrap_or(by_default);
-        let curved = |shape| {
-            let found = self.refractors.binary_search_by_key(&shape, |r| r.shape);
-            found.is_ok_and(|i| self.refractors[i].curved)
-        };
-        let searches = probability > 0.0
-            && self.options.check == Check::Exact
-            && seen.seed.crossings().iter().any(|crossing| curved(crossing.interface));
-        if searches { probability } else { 0.0 }
-    }
-
-    /// A chain that is not `known`, if a search finds one, and how many walks it takes to find that again.
-    fn search(
-        &mut self,
-        a: &Endpoint,
-        b: &Endpoint,
-        seen: &Seen,
-        known: Option<&CausticEdge>,
-        settings: &WalkSettings,
-    ) -> Option<(CausticEdge, u32)> {
-        let straight = || match end_from(a.position().as_dvec3(), b) {
-            End::Point(b) => b.normalize_or(DVec3::Z),
-            End::Direction(d) => d,
-        };
-        let axis = known.map_or_else(straight, |edge| edge.first.as_dvec3().normalize());
-        let before = self.walks.total();
-        let mut look = || {
-            let start = search(axis, self.roulette.next_2d().as_dvec2());
-            self.solve(a, b, seen, Some(start), settings).ok()
-        };
-        let found = look().filter(|edge| known.is_none_or(|known| !known.is(edge))).map(|edge| {
-            let again = (1..MOST_WALKS).find(|_| look().is_some_and(|other| other.is(&edge)));
-            (edge, again.unwrap_or(MOST_WALKS))
-        });
-        self.walks.searches += 1;
-        self.walks.discovered += u64::from(found.is_some());
-        self.walks.search_walks += self.walks.total() - before;
-        found
-    }
-
     /// What a connection joins two ends by: `S(a, b)`, and what a search finds beside. At rough surfaces they refract at
     /// microfacets that are drawn here.
     pub(super) fn connect_chains(&mut self, a: &Endpoint, b: &Endpoint, seen: &mut Seen) -> [Option<CausticEdge>; 2] {
@@ -685,16 +284,8 @@ impl Tracer<'_> {
     }
 }
 
-/// The probability of finding a chain by searches that are made with `probability`, as the weights presume it: the more a
-/// chain spreads the light, compared with the straight line, the smaller the bump that does it, and the fewer the starts
-/// that lead there.
-fn presumed(probability: f32, a: &Endpoint, b: &Endpoint, inverse_jacobian: f64) -> f64 {
-    let spread = inverse_jacobian.abs() / direct_inverse_jacobian(a, b);
-    f64::from(probability) * (1.0 / spread).clamp(LEAST_PRESUMED, 1.0)
-}
-
 /// The light side's end for a walk from `origin`.
-fn end_from(origin: DVec3, b: &Endpoint) -> End {
+pub(super) fn end_from(origin: DVec3, b: &Endpoint) -> End {
     match b {
         Endpoint::Infinite(d) => End::Direction(d.as_dvec3()),
         _ => End::Point(b.position().as_dvec3() - origin),

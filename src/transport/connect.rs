@@ -4,8 +4,9 @@
 //! Each leaves its paths in [`Tracer::joined`]: none, one, or through glass one for each chain. A pair is
 //! first tested for a zero of its scattering functions, then for visibility.
 
-use super::caustic::{CausticEdge, Sight};
+use super::caustic::CausticEdge;
 use super::experience::Place;
+use super::sight::Sight;
 use super::vertex::{LightVertex, Vertex};
 use super::{Tracer, weight};
 use crate::camera::{Camera, Endpoint};

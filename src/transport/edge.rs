@@ -2,7 +2,8 @@
 //! the chain between them and what the weights need to know of both ends (Speierer et al. 2018, §3.3).
 
 use super::Tracer;
-use super::caustic::{Check, GeometryTerm, direct_inverse_jacobian};
+use super::caustic::direct_inverse_jacobian;
+use super::options::{Check, GeometryTerm};
 use super::subpath::Walk;
 use super::vertex::EdgeRecord;
 use super::weight::{MacroEdge, Partial};

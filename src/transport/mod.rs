@@ -6,9 +6,13 @@ pub mod connect;
 mod edge;
 pub mod experience;
 mod interfaces;
+pub mod options;
 pub mod roulette;
+mod search;
+mod sight;
 pub mod subpath;
 pub mod vertex;
+pub mod walk_count;
 pub mod weight;
 
 pub use subpath::{EmitterHit, Tracer};

@@ -4,11 +4,12 @@
 //! routine: then each is a function of the path alone, both subpaths get the same bits for it, and
 //! the weights of all techniques of a path sum to one to f64 precision.
 
-use super::caustic::{CausticOptions, WalkCount};
 use super::connect::Joined;
 use super::edge::{Departure, EdgeEnd, OpenEdge};
 use super::experience::{Experience, Trial};
+use super::options::CausticOptions;
 use super::vertex::{EdgeRecord, LightVertex, Vertex};
+use super::walk_count::WalkCount;
 use super::weight::{Partial, emitter_hit};
 use crate::camera::{Camera, Endpoint};
 use crate::emitter::Lights;

@@ -4,7 +4,7 @@ use crate::{Failure, scene};
 use caustica::intersect::Backend;
 use caustica::render::job::{Caustics, Integrator, Settings};
 use caustica::scene::description::Camera;
-use caustica::transport::caustic::{CausticOptions, Check, GeometryTerm, LARGEST_AIM, MOST_SEEDS};
+use caustica::transport::options::{CausticOptions, Check, GeometryTerm, LARGEST_AIM, MOST_SEEDS};
 use caustica::transport::roulette::Roulette;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};

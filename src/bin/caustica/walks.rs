@@ -1,6 +1,6 @@
 //! What manifold walks did, in words.
 
-use caustica::transport::caustic::{REASONS, WalkCount};
+use caustica::transport::walk_count::{REASONS, WalkCount};
 
 /// All but their time.
 pub(crate) fn lines(walks: &WalkCount, rays: u64) -> Vec<String> {

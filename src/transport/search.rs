@@ -1,0 +1,79 @@
+//! Searches for a chain beside `S(a, b)`, from random directions (Zeltner, Georgiev and Jakob 2020, §4.2).
+//!
+//! Between a delta light and a pinhole that are both behind glass there are no others. To such lights a connection also
+//! searches, now and then, from a random direction. A chain that is found so, and is not `S(a, b)`, counts with the
+//! reciprocal of the probability of finding it, estimated without bias by the number of walks until it is found again
+//! (Zeltner, Georgiev and Jakob 2020, §4.2). The weights need a function of the path alone: they presume a probability
+//! (`presumed`), and a sampled chain needs no search but one walk, which must stay where it is. Whatever they presume,
+//! they sum to one; the worse the guess, the more noise.
+
+use super::Tracer;
+use super::caustic::{CausticEdge, direct_inverse_jacobian, end_from};
+use super::options::{Check, SEARCH};
+use super::sight::Seen;
+use crate::camera::Endpoint;
+use crate::manifold::{End, WalkSettings, search};
+use glam::DVec3;
+
+/// Most walks of a search. Until a chain is found again takes as many on average as there are chains to find, however
+/// hard these are to find; this is far beyond.
+const MOST_WALKS: u32 = 1 << 16;
+
+/// Smallest share of the usual probability that is presumed of a search.
+const LEAST_PRESUMED: f64 = 1e-3;
+
+impl Tracer<'_> {
+    /// Probability with which a connection of these ends searches for one more chain.
+    pub(super) fn search_probability(&self, b: &Endpoint, seen: &Seen) -> f32 {
+        let by_default = match b {
+            Endpoint::Point(_) | Endpoint::Infinite(_) if self.world.requirements.delta_lights => SEARCH,
+            _ => 0.0,
+        };
+        let probability = self.options.search.unwrap_or(by_default);
+        let curved = |shape| {
+            let found = self.refractors.binary_search_by_key(&shape, |r| r.shape);
+            found.is_ok_and(|i| self.refractors[i].curved)
+        };
+        let searches = probability > 0.0
+            && self.options.check == Check::Exact
+            && seen.seed.crossings().iter().any(|crossing| curved(crossing.interface));
+        if searches { probability } else { 0.0 }
+    }
+
+    /// A chain that is not `known`, if a search finds one, and how many walks it takes to find that again.
+    pub(super) fn search(
+        &mut self,
+        a: &Endpoint,
+        b: &Endpoint,
+        seen: &Seen,
+        known: Option<&CausticEdge>,
+        settings: &WalkSettings,
+    ) -> Option<(CausticEdge, u32)> {
+        let straight = || match end_from(a.position().as_dvec3(), b) {
+            End::Point(b) => b.normalize_or(DVec3::Z),
+            End::Direction(d) => d,
+        };
+        let axis = known.map_or_else(straight, |edge| edge.first.as_dvec3().normalize());
+        let before = self.walks.total();
+        let mut look = || {
+            let start = search(axis, self.roulette.next_2d().as_dvec2());
+            self.solve(a, b, seen, Some(start), settings).ok()
+        };
+        let found = look().filter(|edge| known.is_none_or(|known| !known.is(edge))).map(|edge| {
+            let again = (1..MOST_WALKS).find(|_| look().is_some_and(|other| other.is(&edge)));
+            (edge, again.unwrap_or(MOST_WALKS))
+        });
+        self.walks.searches += 1;
+        self.walks.discovered += u64::from(found.is_some());
+        self.walks.search_walks += self.walks.total() - before;
+        found
+    }
+}
+
+/// The probability of finding a chain by searches that are made with `probability`, as the weights presume it: the more a
+/// chain spreads the light, compared with the straight line, the smaller the bump that does it, and the fewer the starts
+/// that lead there.
+pub(super) fn presumed(probability: f32, a: &Endpoint, b: &Endpoint, inverse_jacobian: f64) -> f64 {
+    let spread = inverse_jacobian.abs() / direct_inverse_jacobian(a, b);
+    f64::from(probability) * (1.0 / spread).clamp(LEAST_PRESUMED, 1.0)
+}
