@@ -445,7 +445,7 @@ pub fn render(
     let last_report = Mutex::new(start);
     progress(Progress { fraction: 0.0, samples: 0, rays: 0, elapsed: start.elapsed(), noise: f32::NAN });
 
-    let pilot = pilot::look(world, &view, settings, cancel);
+    let pilot = pilot::look(world, &view, settings, cancel)?;
     let work = |_worker: usize| {
         let mut tracer = tracer(world, &view, settings, &pilot);
         let mut sample = Sample::default();

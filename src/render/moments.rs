@@ -112,15 +112,15 @@ struct Path {
     plain: f64,
 }
 
-/// Paths of groups of samples.
+/// Paths of a group of samples.
 pub(super) struct Paths<'v> {
     view: &'v View,
     caustics_only: bool,
     /// Of each block: the sum of what was added to it, and its pixels.
     blocks: Vec<[f64; 2]>,
-    /// Of each block of each group, relative to nothing.
+    /// Of each block, relative to nothing.
     moments: Vec<Moments>,
-    /// What was added in the newest group, but for lights that the camera sees, perhaps through glass: they have no
+    /// What was added, but for lights that the camera sees, perhaps through glass: they have no
     /// noise, however bright, and no say in what is too much of it.
     pub(super) light: f32,
 }
@@ -133,13 +133,10 @@ impl Paths<'_> {
             all
         };
         let columns = pixels(view.width);
-        let blocks = pixels(view.height).iter().flat_map(|rows| columns.iter().map(move |n| [0.0, rows * n])).collect();
-        Paths { view, caustics_only, blocks, moments: Vec::new(), light: 0.0 }
-    }
-
-    pub(super) fn begin_group(&mut self) {
-        self.moments.extend(std::iter::repeat_n(Moments::default(), self.blocks.len()));
-        self.light = 0.0;
+        let rows = pixels(view.height);
+        let blocks: Vec<_> = rows.iter().flat_map(|rows| columns.iter().map(move |n| [0.0, rows * n])).collect();
+        let moments = vec![Moments::default(); blocks.len()];
+        Paths { view, caustics_only, blocks, moments, light: 0.0 }
     }
 
     fn block(&self, pixel: u32) -> usize {
@@ -150,27 +147,33 @@ impl Paths<'_> {
     fn add(&mut self, pixel: u32, path: &Path, departures: impl Iterator<Item = (usize, f64)>) {
         let block = self.block(pixel);
         self.blocks[block][0] += path.added;
-        let newest = self.moments.len() - self.blocks.len();
-        self.moments[newest + block].add(path, departures);
+        self.moments[block].add(path, departures);
     }
+}
 
-    /// Of each group.
-    pub(super) fn moments(&self) -> Vec<Moments> {
-        let [light, pixels] = self.blocks.iter().fold([0.0; 2], |sum, b| [sum[0] + b[0], sum[1] + b[1]]);
-        let group = |group: &[Moments]| {
-            let mut all = Moments::default();
-            for (m, [around, n]) in group.iter().zip(&self.blocks) {
-                // The square of the radiance around, in units of what the samples add up to in a block of usual size.
-                let size = pixels / self.blocks.len() as f64;
-                let square = (around / n * size).powi(2) + (FLOOR * light / pixels * size).powi(2);
-                if square > 0.0 {
-                    all.add_scaled(m, 1.0 / square);
-                }
-            }
-            all
-        };
-        self.moments.chunks(self.blocks.len()).map(group).collect()
+/// The moments of each group, relative to the radiance around, which all of them together tell.
+pub(super) fn relative<'g>(groups: impl Iterator<Item = &'g Paths<'g>> + Clone) -> Vec<Moments> {
+    let Some(first) = groups.clone().next() else { return Vec::new() };
+    let mut blocks = first.blocks.clone();
+    for other in groups.clone().skip(1) {
+        for (block, more) in blocks.iter_mut().zip(&other.blocks) {
+            block[0] += more[0];
+        }
     }
+    let [light, pixels] = blocks.iter().fold([0.0; 2], |sum, b| [sum[0] + b[0], sum[1] + b[1]]);
+    let group = |group: &Paths| {
+        let mut all = Moments::default();
+        for (m, [around, n]) in group.moments.iter().zip(&blocks) {
+            // The square of the radiance around, in units of what the samples add up to in a block of usual size.
+            let size = pixels / blocks.len() as f64;
+            let square = (around / n * size).powi(2) + (FLOOR * light / pixels * size).powi(2);
+            if square > 0.0 {
+                all.add_scaled(m, 1.0 / square);
+            }
+        }
+        all
+    };
+    groups.map(group).collect()
 }
 
 /// The block of row or column `i` of `n`.
@@ -221,7 +224,6 @@ mod tests {
         };
         let view = View { camera: Camera::new(&camera, width, height), medium: 0, width, height };
         let mut paths = Paths::new(&view, false);
-        paths.begin_group();
         for pixel in 0..width * height {
             let connected = pixel % 2 == 0;
             let path = Path {
@@ -235,7 +237,7 @@ mod tests {
             };
             paths.add(pixel, &path, std::iter::once((3, path.plain)));
         }
-        paths.moments().remove(0)
+        relative(std::iter::once(&paths)).remove(0)
     }
 
     #[test]

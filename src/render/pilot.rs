@@ -5,20 +5,23 @@
 //! Caustics alone are looked at for all but the last: they are what all this is for, and a small part of most pictures'
 //! variance. Fewer light subpaths must not cost the rest of the picture either.
 
-use super::job::{self, Cancel, Caustics, Forecast, Integrator, Settings};
-use super::moments::{Moments, NUMBERS, Paths};
+use super::job::{self, Cancel, Caustics, Forecast, Integrator, RenderError, Settings};
+use super::moments::{self, Moments, NUMBERS, Paths};
 use crate::integrator::Sample;
 use crate::integrator::bdpt::{self, View};
+use crate::pool;
 use crate::scene::World;
 use crate::transport::Tracer;
 use crate::transport::aim::{self, Aimed, CLASSES, departures};
-use crate::transport::experience::Experience;
+use crate::transport::experience::{Experience, Trial};
 use crate::transport::options::{AIM, MOST_SEEDS};
 use crate::transport::roulette::{self, Roulette};
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Samples, in groups. The median of their means counts, and the ten of them that forecast least: a few rare paths must
 /// not decide. With aim to decide on they are drawn twice, and again if there will be any, and once more for fewer
-/// light subpaths: 0.06 to 0.32 seconds of one thread, together, on the scenes here.
+/// light subpaths: 0.06 to 0.32 seconds of one thread, together, on the scenes here. A thread draws whole groups.
 const GROUPS: u32 = 16;
 const TYPICAL: usize = 10;
 const GROUP: u32 = 256;
@@ -110,56 +113,111 @@ impl Work {
     }
 }
 
-impl Samples {
-    /// Draws them, if nobody cancels.
-    fn draw(world: &World, view: &View, settings: &Settings, pilot: &Pilot, cancel: &Cancel) -> Option<Samples> {
-        let threshold = threshold(settings);
-        let mut tracer = job::tracer(world, view, settings, pilot);
-        tracer.trials = threshold.map(|_| Vec::new());
+/// What one group of samples tells.
+struct Group<'v> {
+    paths: Paths<'v>,
+    work: [Work; 2],
+    /// Of walks from other starts.
+    retries: f64,
+    trials: [Vec<Trial>; 2],
+    aimed: Vec<u64>,
+}
+
+impl<'v> Group<'v> {
+    /// Draws its samples, if nobody cancels.
+    fn draw(
+        number: u32,
+        tracer: &mut Tracer,
+        view: &'v View,
+        settings: &Settings,
+        cancel: &Cancel,
+    ) -> Option<Group<'v>> {
         let pixels = u64::from(settings.width) * u64::from(settings.height);
         let mut sample = Sample::default();
-        let (mut aimed, mut means) = (vec![0; CLASSES], Vec::new());
-        let mut work = [Work { rays: 0.0, walks: 0.0 }; 2];
-        let mut trials = [Vec::new(), Vec::new()];
-        let mut paths = Paths::new(view, settings.caustics_only);
-        for group in 0..GROUPS {
-            paths.begin_group();
-            for i in 0..GROUP {
-                if cancel.is_cancelled() {
-                    return None;
-                }
-                sample.splats.clear();
-                let pixel = place(group * GROUP + i, pixels);
-                // Passes count up from 0 and never get there.
-                let (seed, pass) = (settings.seed, u32::MAX - group);
-                for part in [0, 1] {
-                    let before = Work::so_far(&tracer);
-                    match part {
-                        0 => bdpt::from_camera(&mut tracer, view, seed, pixel, pass, &mut sample, &mut paths),
-                        _ => bdpt::from_lights(&mut tracer, view, seed, pixel, pass, &mut sample, &mut paths),
-                    }
-                    let after = Work::so_far(&tracer);
-                    work[part].rays += after.rays - before.rays;
-                    work[part].walks += after.walks - before.walks;
-                    trials[part].extend(tracer.trials.iter_mut().flat_map(|t| t.drain(..)));
-                }
-                for (class, plain) in tracer.light_start.iter().flat_map(|s| departures(s, &tracer.light_vertices)) {
-                    aimed[class] += u64::from(plain < 1.0);
-                }
+        let mut group = Group {
+            paths: Paths::new(view, settings.caustics_only),
+            work: [Work { rays: 0.0, walks: 0.0 }; 2],
+            retries: -tracer.retry_work,
+            trials: [Vec::new(), Vec::new()],
+            aimed: vec![0; CLASSES],
+        };
+        for i in 0..GROUP {
+            if cancel.is_cancelled() {
+                return None;
             }
-            means.push(paths.light / GROUP as f32);
+            sample.splats.clear();
+            let pixel = place(number * GROUP + i, pixels);
+            // Passes count up from 0 and never get there.
+            let (seed, pass, paths) = (settings.seed, u32::MAX - number, &mut group.paths);
+            for part in [0, 1] {
+                let before = Work::so_far(tracer);
+                match part {
+                    0 => bdpt::from_camera(tracer, view, seed, pixel, pass, &mut sample, paths),
+                    _ => bdpt::from_lights(tracer, view, seed, pixel, pass, &mut sample, paths),
+                }
+                let after = Work::so_far(tracer);
+                group.work[part].rays += after.rays - before.rays;
+                group.work[part].walks += after.walks - before.walks;
+                group.trials[part].extend(tracer.trials.iter_mut().flat_map(|t| t.drain(..)));
+            }
+            for (class, plain) in tracer.light_start.iter().flat_map(|s| departures(s, &tracer.light_vertices)) {
+                group.aimed[class] += u64::from(plain < 1.0);
+            }
         }
+        group.retries += tracer.retry_work;
+        Some(group)
+    }
+}
+
+impl Samples {
+    /// Draws them, if nobody cancels. They do not depend on the number of threads.
+    fn draw(
+        world: &World,
+        view: &View,
+        settings: &Settings,
+        pilot: &Pilot,
+        cancel: &Cancel,
+    ) -> Result<Option<Samples>, RenderError> {
+        let threshold = threshold(settings);
+        let groups: Vec<OnceLock<Group>> = (0..GROUPS).map(|_| OnceLock::new()).collect();
+        let next = AtomicU32::new(0);
+        let threads = pool::thread_count(settings.threads).min(groups.len());
+        pool::broadcast(threads, |_| {
+            let mut tracer = job::tracer(world, view, settings, pilot);
+            tracer.trials = threshold.map(|_| Vec::new());
+            loop {
+                let number = next.fetch_add(1, Ordering::Relaxed);
+                let Some(slot) = groups.get(number as usize) else { return };
+                let Some(group) = Group::draw(number, &mut tracer, view, settings, cancel) else { return };
+                // Each number is handed out once.
+                let _ = slot.set(group);
+            }
+        })
+        .map_err(RenderError::Internal)?;
+        let Some(groups) = groups.into_iter().map(OnceLock::into_inner).collect::<Option<Vec<Group>>>() else {
+            return Ok(None);
+        };
+
+        let mut means: Vec<f32> = groups.iter().map(|g| g.paths.light / GROUP as f32).collect();
         means.sort_unstable_by(f32::total_cmp);
         let certain = threshold.unwrap_or(0.0) * means[means.len() / 2];
+        let trials = |part: usize| groups.iter().flat_map(move |g| &g.trials[part]);
         let experience =
-            if certain > 0.0 { Experience::new(trials.iter().flatten(), certain) } else { Experience::default() };
+            if certain > 0.0 { Experience::new(trials(0).chain(trials(1)), certain) } else { Experience::default() };
+        let mut work = [0, 1].map(|part| {
+            let sum = |kind: fn(&Work) -> f64| groups.iter().map(|g| kind(&g.work[part])).sum();
+            Work { rays: sum(|w| w.rays), walks: sum(|w| w.walks) }
+        });
         let all: f64 = work.iter().map(|w| w.walks).sum();
-        for (work, trials) in work.iter_mut().zip(&trials) {
-            work.walks -= roulette::spared(trials, &experience);
+        for (part, work) in work.iter_mut().enumerate() {
+            work.walks -= roulette::spared(trials(part), &experience);
         }
         // Roulette spares them like the others.
         let left = work.iter().map(|w| w.walks).sum::<f64>() / all.max(1.0);
-        Some(Samples { moments: paths.moments(), work, retries: left * tracer.retry_work, aimed, experience })
+        let retries = left * groups.iter().map(|g| g.retries).sum::<f64>();
+        let aimed = (0..CLASSES).map(|class| groups.iter().map(|g| g.aimed[class]).sum()).collect();
+        let moments = moments::relative(groups.iter().map(|g| &g.paths));
+        Ok(Some(Samples { moments, work, retries, aimed, experience }))
     }
 
     /// With so many light subpaths a sample, as a multiple of those drawn.
@@ -225,7 +283,7 @@ fn threshold(settings: &Settings) -> Option<f32> {
 }
 
 /// Draws the samples, if anything depends on them: a function of scene, view, seed and settings.
-pub(super) fn look(world: &World, view: &View, settings: &Settings, cancel: &Cancel) -> Pilot {
+pub(super) fn look(world: &World, view: &View, settings: &Settings, cancel: &Cancel) -> Result<Pilot, RenderError> {
     let connects = job::connects_through_glass(world, settings);
     let bidirectional = settings.integrator == Integrator::Bdpt;
     // Where a light cannot be hit, the connections may find what nothing else does.
@@ -265,19 +323,19 @@ pub(super) fn look(world: &World, view: &View, settings: &Settings, cancel: &Can
         |share: &dyn Fn(usize) -> f32| Pilot { aim: Some(Aimed::new(world, &targets, share)), ..plain.clone() };
     let mut pilot = if share > 0.0 { aiming(&|_| share) } else { plain.clone() };
     if !connects || !(decides || decides_aim || decides_number || decides_seeds || threshold(settings).is_some()) {
-        return pilot;
+        return Ok(pilot);
     }
     let draw = |pilot: &Pilot| Samples::draw(world, view, settings, pilot, cancel);
-    let Some(mut samples) = draw(&pilot) else { return pilot };
+    let Some(mut samples) = draw(&pilot)? else { return Ok(pilot) };
     if decides_aim {
-        let Some(others) = draw(&plain) else { return pilot };
+        let Some(others) = draw(&plain)? else { return Ok(pilot) };
         let added = |s: &Samples| s.work(1.0) / others.work(1.0) - 1.0;
         // Where there will be connections for sure, with as many light subpaths as then pay.
         let cost = |s: &Samples| if decides_number && !decides { s.light_subpaths().1 } else { 1.0 } * s.work(1.0);
         let worth = samples.worth_aiming(cost(&samples) / cost(&others) - 1.0);
         if worth.contains(&true) {
             pilot = aiming(&|class| if worth[class] { share } else { 0.0 });
-            let Some(chosen) = draw(&pilot) else { return pilot };
+            let Some(chosen) = draw(&pilot)? else { return Ok(pilot) };
             samples = chosen;
             pilot.aim_forecast = Some(forecast(samples.saved(|m| m.unaimed), added(&samples)));
         } else {
@@ -301,13 +359,13 @@ pub(super) fn look(world: &World, view: &View, settings: &Settings, cancel: &Can
         pilot.light_subpaths = samples.light_subpaths().0;
         // Of fewer light subpaths each counts more, and with it what roulette may expect of it.
         if pilot.light_subpaths < 1.0
-            && let Some(fewer) = draw(&pilot)
+            && let Some(fewer) = draw(&pilot)?
         {
             samples = fewer;
         }
     }
     pilot.experience = samples.experience;
-    pilot
+    Ok(pilot)
 }
 
 #[cfg(test)]

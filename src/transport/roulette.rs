@@ -41,12 +41,12 @@ pub(super) struct Attempt {
 }
 
 /// Work of walks that roulette on these trials is expected to spare.
-pub fn spared(trials: &[Trial], experience: &Experience) -> f64 {
+pub fn spared<'t>(trials: impl Iterator<Item = &'t Trial>, experience: &Experience) -> f64 {
     let spared = |t: &Trial| {
         let probability = experience.expects(t.class, t.straight).unwrap_or(1.0).clamp(LEAST, 1.0);
         f64::from(1.0 - probability) * t.work
     };
-    trials.iter().map(spared).sum()
+    trials.map(spared).sum()
 }
 
 impl Tracer<'_> {
