@@ -29,16 +29,19 @@
  * Memory in.  Read during the call only, any alignment. A pointer is NULL or valid. Strings are UTF-8
  *             and end with NUL; NULL is the empty string; names have at most 1023 bytes, paths 4095.
  * Memory out. Copied to the host's memory. There is nothing of the library's for the host to free.
- * Threads.    Any thread may call any function. Calls on different objects run concurrently; a scene
- *             that another thread is changing or committing gives CAUSTICA_ERROR_BUSY. A device must
- *             not be used any more when its release begins.
+ * Threads.    Any thread may call any function. Calls on different objects run concurrently; to add to,
+ *             load into or commit a scene that another thread is changing or committing gives
+ *             CAUSTICA_ERROR_BUSY. Setting an instance, light, camera or material does not: during a
+ *             commit it may or may not be in the snapshot. A device must not be used any more when its
+ *             release begins.
  * Callbacks.  Never called with a lock held, and not after the release of what they were given to.
  *             They must not throw or longjmp. Inside of one only the functions marked
  *             "callback-safe" may be called; the others give CAUSTICA_ERROR_WRONG_STATE.
  * Fork.       A child cannot use the devices of its parent and gets an error. It may create its own
  *             unless another thread of the parent was inside this library at the fork.
  * Unloading.  The library stays in the process after dlclose. No thread of it is left after the release
- *             of the last device; Embree's commits on several threads leave idle workers of TBB, which
+ *             of the last device; Embree's commits on several threads leave idle workers of TBB, and
+ *             the first .png, .tif, .jpg or .hdr loads OpenImageIO with its libraries and threads: these
  *             belong to the process.
  */
 #ifndef CAUSTICA_H
@@ -133,9 +136,10 @@ typedef struct { uint64_t id; } caustica_light;
 typedef struct { uint64_t id; } caustica_camera;
 typedef struct { uint64_t id; } caustica_render_job;
 
-/* The last call of the calling thread that failed with `device`; with NULL, the last that failed with
- * any device or without one, as a creation does. Code CAUSTICA_OK if there is none. A call that
- * succeeds does not clear it. Its own failure is only returned. Callback-safe. */
+/* The last failed call of the calling thread, if it was one with `device`; with NULL, whatever it was: with
+ * any device or without one, as a creation is. Code CAUSTICA_OK if there is none: a thread remembers one
+ * failure, so ask before the next. A call that succeeds does not clear it. Its own failure is only
+ * returned. Callback-safe. */
 caustica_result caustica_last_error(caustica_device* device, caustica_detail* detail);
 
 /* ---- Device --------------------------------------------------------------------------------- */
@@ -249,7 +253,7 @@ caustica_result caustica_scene_create(caustica_device* device, caustica_scene* s
 /* Ends a scene with its instances, lights and cameras. Running renders keep their snapshots. */
 caustica_result caustica_scene_release(caustica_device* device, caustica_scene scene);
 
-/* Adds all that a .gltf or .glb file holds. Its environment, if it has one, replaces the scene's. What
+/* Adds all that the default scene of a .gltf or .glb file holds. Its environment, if it has one, replaces the scene's. What
  * the file asks for and is not rendered comes as warnings, whose number goes to `warning_count`, which
  * may be NULL. The added instances and lights have no handles; cameras do, see caustica_scene_camera. */
 caustica_result caustica_scene_load(caustica_device* device, caustica_scene scene, const char* path,
@@ -287,8 +291,9 @@ typedef struct caustica_commit_report {
     double seconds;
 } caustica_commit_report;
 
-/* Checks the scene, builds, and makes the snapshot that later renders use. On an error the last
- * snapshot stays, and the details name object, field, index and value. `report` may be NULL. */
+/* Checks the scene, builds, and makes the snapshot that later renders use. It is here that the values of
+ * meshes, materials, instances, lights and cameras are checked. On an error the last snapshot stays, and
+ * the details name object, field, index and value. `report` may be NULL. */
 caustica_result caustica_scene_commit(caustica_device* device, caustica_scene scene, caustica_commit_report* report);
 
 /* ---- Lights --------------------------------------------------------------------------------- */
@@ -362,7 +367,7 @@ enum {
     CAUSTICA_INTEGRATOR_BDPT = 2,    /* bidirectional path tracing with caustic connections */
     CAUSTICA_INTEGRATOR_MNEE = 3,    /* path tracing with manifold next-event estimation */
     CAUSTICA_INTEGRATOR_BDPT_PLAIN = 4, /* bidirectional path tracing without caustic connections */
-    CAUSTICA_INTEGRATOR_LIGHT = 5    /* light tracing; what the camera sees through glass stays black */
+    CAUSTICA_INTEGRATOR_LIGHT = 5    /* light tracing; what the camera sees through glass or in mirrors is black */
 };
 
 enum {
@@ -395,9 +400,10 @@ typedef struct caustica_render_desc {
     caustica_camera camera; /* one that was in it at the commit; id 0: the first */
     uint32_t width;         /* pixels; 0: 512 */
     uint32_t height;        /* pixels; 0: 512 */
-    uint32_t samples;       /* per pixel; 0: 64 */
+    uint32_t samples;       /* per pixel; 0: 64, with a time limit as many as fit */
     uint32_t max_depth;     /* segments of the longest path, 1 is light seen directly; 0: 12 */
-    uint64_t seed;          /* selects the random numbers; the image depends on it and not on threads */
+    uint64_t seed;          /* selects the random numbers; the image depends on it and not on threads, but on the
+                               make of processor in the last place of what Embree hits */
     double time_limit_seconds; /* ends with the pass that runs at this time; 0: no limit */
     uint32_t num_threads;   /* 0: the device's */
     uint32_t reserved;
@@ -482,9 +488,9 @@ typedef struct caustica_pixels {
 caustica_result caustica_render_read(caustica_device* device, caustica_render_job render,
                                      const caustica_pixels* pixels);
 
-/* Writes the image of a render that is over to a file, whose format its extension names: .exr is always
- * there; .png, .tif, .jpg and .hdr need OpenImageIO. On an error a file that was there before is as it
- * was. */
+/* Writes the image of a render that is over to a file, whose format its extension names: .exr (16-bit half)
+ * is always there; .tif (32-bit float), .hdr, and .png and .jpg (8-bit sRGB, cut at 1) need OpenImageIO. For
+ * all bits: caustica_render_read. On an error a file that was there before is as it was. */
 caustica_result caustica_render_write(caustica_device* device, caustica_render_job render, const char* path);
 
 /* Gives a render and its image up. One that runs is cancelled and waited for. */

@@ -12,7 +12,6 @@ major=${VERSION%%.*}
 
 install -D -m 755 "$BUILT/caustica" "$pre/bin/caustica"
 install -D -m 644 include/caustica.h "$pre/include/caustica.h"
-[ ! -e include/caustica.hpp ] || install -D -m 644 include/caustica.hpp "$pre/include/caustica.hpp"
 install -D -m 755 "$BUILT/libcaustica.so" "$lib/libcaustica.so.$VERSION"
 ln -sf "libcaustica.so.$VERSION" "$lib/libcaustica.so.$major"
 ln -sf "libcaustica.so.$major" "$lib/libcaustica.so"

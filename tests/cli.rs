@@ -173,6 +173,17 @@ fn the_picture_depends_on_the_seed_and_not_on_the_threads() {
 }
 
 #[test]
+fn the_settings_of_the_paper_connect_where_the_default_does_not() {
+    let folder = Folder::new();
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/figure4a.glb");
+    let walks = |more: &[&str]| {
+        let base = ["render", scene, "-o", &folder.path("a.exr"), "--size", "16x16", "--spp", "1", "--threads", "1"];
+        expect(0, &[&base, more].concat()).1.contains("manifold walks to connect")
+    };
+    assert_eq!([walks(&[]), walks(&["--paper"]), walks(&["--paper", "--caustics", "off"])], [false, true, false]);
+}
+
+#[test]
 fn a_time_limit_ends_a_render() {
     let folder = Folder::new();
     let start = std::time::Instant::now();

@@ -1,7 +1,8 @@
 //! docs/results.md: error against time of all integrators on the scenes of this repository.
 //!
 //! Each scene, and each scene's table of options, is a piece of its own under `target/figures`; the
-//! document is put together from the pieces that are there, so that a long run can be made in parts.
+//! document is put together from the pieces that are there, and from its own for those that are not, so that a long run
+//! can be made in parts, each on any checkout.
 
 mod knobs;
 mod measure;

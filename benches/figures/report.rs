@@ -4,6 +4,7 @@ use crate::measure::CAUSTIC_SHARE;
 use crate::{Options, SCENES, SEED};
 use caustica::io::image::{self, Metadata, WriteOptions};
 use caustica::render::Image;
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -61,7 +62,20 @@ impl Report {
         for folder in [&report.pieces, &report.docs.join("results")] {
             std::fs::create_dir_all(folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
         }
+        report.recover();
         report
+    }
+
+    /// Takes the pieces that are not there from the document: a new checkout has nothing else, and must not lose what
+    /// it does not make again.
+    fn recover(&self) {
+        let document = std::fs::read_to_string(self.docs.join("results.md")).unwrap_or_default();
+        for (file, text) in pieces(&document) {
+            let path = self.pieces.join(file);
+            if !path.exists() {
+                save(&path, &text);
+            }
+        }
     }
 
     /// Machine, commit, seed and budgets of this run.
@@ -128,6 +142,41 @@ impl Report {
         }
         save(&self.docs.join("results.md"), &format!("{}\n", text.trim_end()));
     }
+}
+
+/// The pieces of a document that [`Report::assemble`] wrote: names and texts.
+fn pieces(document: &str) -> Vec<(String, String)> {
+    let (mut made_by, mut rows) = (BTreeMap::new(), BTreeMap::new());
+    let mut sections: Vec<(&str, String)> = Vec::new();
+    let mut within = false;
+    for line in document.lines() {
+        if let Some(heading) = line.strip_prefix("### ") {
+            sections.push((heading, String::new()));
+            within = true;
+        } else if line.starts_with("## ") {
+            within = false;
+        } else if let Some((_, body)) = sections.last_mut().filter(|_| within) {
+            _ = writeln!(body, "{line}");
+        } else if let Some((provenance, what)) = line.strip_prefix("- ").and_then(|l| l.rsplit_once(": ")) {
+            made_by.extend(what.split(", ").map(|what| (what, provenance)));
+        } else if let Some((name, _)) = line.strip_prefix("| [").and_then(|l| l.split_once(']')) {
+            rows.insert(name, line);
+        }
+    }
+    let piece = |(heading, body): (&str, String)| {
+        let body = body.trim();
+        Some(match heading.strip_prefix("Options: ") {
+            Some(name) => {
+                let provenance = made_by.get(&*format!("options on {name}"))?;
+                (format!("{name}.options.md"), format!("{provenance}\n{body}\n"))
+            }
+            None => {
+                let (provenance, row) = (made_by.get(heading)?, rows.get(heading)?);
+                (format!("{heading}.md"), format!("{provenance}\n{row}\n{body}\n"))
+            }
+        })
+    };
+    sections.into_iter().filter_map(piece).collect()
 }
 
 fn introduction() -> String {

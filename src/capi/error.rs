@@ -217,7 +217,10 @@ pub(super) struct Origins {
 impl Origins {
     /// Says of which object of the host a scene error speaks. What concerns the scene as a whole
     /// keeps no object.
-    pub(super) fn explain(&self, error: SceneError) -> Failure {
+    pub(super) fn explain(&self, mut error: SceneError) -> Failure {
+        if let SceneError::Invalid { kind, field, .. } = &mut error {
+            *field = host_name(kind, field);
+        }
         let text = error.to_string();
         match error {
             SceneError::Invalid { kind, index, name, field, .. } => {
@@ -236,9 +239,39 @@ impl Origins {
             }
             SceneError::Empty(_) => Failure::new(ERROR_WRONG_STATE, text),
             SceneError::TooLarge(_) => Failure::new(ERROR_LIMIT, text),
+            SceneError::OutOfMemory(_) => Failure::new(ERROR_OUT_OF_MEMORY, text),
             SceneError::Backend(_) => Failure::new(ERROR_BACKEND, text),
         }
     }
+}
+
+/// What the structs of the header call the fields of a description, where that differs: (kind, ours, theirs).
+const FIELDS: [(&str, &str, &str); 9] = [
+    ("material", "reflectance", "color"),
+    ("material", "tint", "color"),
+    ("material", "base_color", "color"),
+    ("material", "inside.ior", "ior"),
+    ("material", "inside.absorption", "absorption"),
+    ("material", "outside.ior", "ior_outside"),
+    ("material", "outside.absorption", "absorption_outside"),
+    ("light", "inner", "inner_angle"),
+    ("light", "outer", "outer_angle"),
+];
+
+/// A field of an object, as the header names it.
+fn host_name(kind: &str, field: &str) -> String {
+    // `triangles[2][1]` is `indices[7]`.
+    if let Some((triangle, corner)) =
+        field.strip_prefix("triangles[").and_then(|f| f.strip_suffix(']')?.split_once("]["))
+        && let (Ok(triangle), Ok(corner)) = (triangle.parse::<u64>(), corner.parse::<u64>())
+    {
+        return format!("indices[{}]", 3 * triangle + corner);
+    }
+    let renamed = FIELDS.iter().filter(|(of, ..)| *of == kind).find_map(|(_, ours, theirs)| {
+        let rest = field.strip_prefix(ours).filter(|rest| rest.is_empty() || rest.starts_with('.'))?;
+        Some(format!("{theirs}{rest}"))
+    });
+    renamed.unwrap_or_else(|| field.to_owned())
 }
 
 /// The 3 of `positions[3].y`.
@@ -302,5 +335,33 @@ mod tests {
         assert_eq!((failure.code, failure.object_kind, failure.object_id), (ERROR_INVALID_ARGUMENT, OBJECT_MESH, 77));
         assert_eq!((failure.object_name.as_str(), failure.parameter.as_str()), ("floor", "positions[3].y"));
         assert_eq!(failure.index, 3);
+    }
+
+    #[test]
+    fn fields_have_the_names_of_the_header() {
+        for (kind, ours, theirs) in [
+            ("material", "reflectance.g", "color.g"),
+            ("material", "inside.ior", "ior"),
+            ("material", "outside.absorption.b", "absorption_outside.b"),
+            ("material", "roughness", "roughness"),
+            ("light", "outer", "outer_angle"),
+            ("mesh", "triangles[2][1]", "indices[7]"),
+            ("mesh", "positions[3].y", "positions[3].y"),
+        ] {
+            assert_eq!(host_name(kind, ours), theirs);
+        }
+        let header = include_str!("../../include/caustica.h");
+        for (_, _, theirs) in FIELDS {
+            assert!(header.contains(&format!(" {theirs};")) || header.contains(&format!(" {theirs}[")), "{theirs}");
+        }
+        let failure = Origins::default().explain(SceneError::Invalid {
+            kind: "light",
+            index: 0,
+            name: "spot".into(),
+            field: "outer".into(),
+            value: "7".into(),
+            expected: "at most 1".into(),
+        });
+        assert!(failure.text.contains("outer_angle") && failure.parameter == "outer_angle", "{}", failure.text);
     }
 }

@@ -353,7 +353,8 @@ fn request(device: &Arc<Device>, desc: In<RenderDesc>) -> Result<Request, Failur
         width: or(d.width, defaults.width),
         height: or(d.height, defaults.height),
         camera: camera_index(device, &snapshot, d.camera)?,
-        samples: or(d.samples, defaults.samples),
+        // Without a number, a time limit alone decides.
+        samples: or(d.samples, if seconds > 0.0 { u32::MAX } else { defaults.samples }),
         // A limit too long for a `Duration` is none.
         time_limit: (seconds > 0.0).then(|| Duration::try_from_secs_f64(seconds).ok()).flatten(),
         max_depth: or(d.max_depth, defaults.max_depth),

@@ -3,7 +3,8 @@
 use super::Image;
 use crate::math::{Rgb, luminance};
 
-/// Keeps the relative error of black pixels finite; the value that most papers on rendering use.
+/// Keeps the relative error of black pixels finite, in units of the squared mean of the reference: most papers on
+/// rendering add 0.01 to squares of pictures whose radiance is about 1. So the error does not change with the exposure.
 const EPSILON: f64 = 0.01;
 
 /// Distances of an image `a` from a reference `b`, in f64.
@@ -20,7 +21,8 @@ pub struct Comparison {
     pub luminance_bias: f64,
     /// Mean over pixels and channels of `(a - b)²`.
     pub mse: f64,
-    /// Mean over pixels and channels of `(a - b)² / (b² + 0.01)`.
+    /// Mean over pixels and channels of `(a - b)² / (b² + 0.01 m²)`, `m` the reference's mean over both. Infinite
+    /// where only the reference is black.
     pub rel_mse: f64,
     /// The same without the [`trimmed`](Comparison::trimmed) pixels of the largest relative error, so
     /// that a few fireflies do not hide the rest.
@@ -71,13 +73,14 @@ pub fn compare(image: &Image, reference: &Image) -> Result<Comparison, CompareEr
     let (mut sum, mut reference_sum) = (glam::DVec3::ZERO, glam::DVec3::ZERO);
     let mut square = 0.0;
     let mut relative: Vec<f64> = Vec::with_capacity(pixels);
+    let floor = floor(reference);
     for (a, b) in image.pixels.iter().zip(&reference.pixels) {
         let (a, b) = (a.as_dvec3(), b.as_dvec3());
         sum += a;
         reference_sum += b;
         let d = (a - b) * (a - b);
         square += d.element_sum();
-        relative.push((d / (b * b + EPSILON)).element_sum());
+        relative.push(d.to_array().iter().zip((b * b).to_array()).map(|(d, b2)| ratio(*d, b2 + floor)).sum());
     }
     let n = pixels as f64;
     let (mean, reference_mean) = (sum / n, reference_sum / n);
@@ -99,14 +102,26 @@ pub fn compare(image: &Image, reference: &Image) -> Result<Comparison, CompareEr
     })
 }
 
+/// `a / b`, 0 where both are.
+fn ratio(a: f64, b: f64) -> f64 {
+    if a == 0.0 { 0.0 } else { a / b }
+}
+
+/// What is added to the squares of the reference: [`EPSILON`] times the square of its mean.
+fn floor(reference: &Image) -> f64 {
+    let sum: f64 = reference.pixels.iter().map(|p| p.as_dvec3().element_sum()).sum();
+    EPSILON * (sum / (3.0 * reference.pixels.len() as f64)).powi(2)
+}
+
 /// A picture of the signed difference: red where the image is brighter than the reference, blue where
-/// it is darker, black where they agree. The value is `|A - B| / sqrt(B² + 0.01)` of the luminances,
-/// linear, cut at 1.
+/// it is darker, black where they agree. The value is `|A - B| / sqrt(B² + 0.01 m²)` of the luminances, `m` the
+/// reference's mean, linear, cut at 1.
 pub fn difference_picture(image: &Image, reference: &Image) -> Result<Image, CompareError> {
     check(image, reference)?;
+    let floor = floor(reference);
     let colour = |(a, b): (&Rgb, &Rgb)| {
         let (a, b) = (f64::from(luminance(*a)), f64::from(luminance(*b)));
-        let d = ((a - b) / (b * b + EPSILON).sqrt()).clamp(-1.0, 1.0) as f32;
+        let d = ratio(a - b, (b * b + floor).sqrt()).clamp(-1.0, 1.0) as f32;
         Rgb::new(d.max(0.0), 0.0, (-d).max(0.0))
     };
     let pixels = image.pixels.iter().zip(&reference.pixels).map(colour).collect();
@@ -160,7 +175,9 @@ mod tests {
         // 0.25 * (0.212639 - 0.072192) / (0.5 * 0.927808 + 0.25 * 0.072192)
         assert!((c.luminance_bias - 0.25 * 0.140_447 / (0.5 * 0.927_808 + 0.25 * 0.072_192)).abs() < 1e-7);
         near(c.mse, (0.0625 + 0.0 + 0.0625) / 3.0);
-        near(c.rel_mse, (0.0625 / 0.26 + 0.0625 / 0.0725) / 3.0);
+        // The mean is 1.25 / 3.
+        let floor = 0.01 * 1.5625 / 9.0;
+        near(c.rel_mse, (0.0625 / (0.25 + floor) + 0.0625 / (0.0625 + floor)) / 3.0);
         near(c.rel_mse_trimmed, c.rel_mse);
         assert_eq!(c.trimmed, 0);
     }
@@ -174,12 +191,21 @@ mod tests {
             1999 => 10.0,
             _ => 0.0,
         };
-        let c = compare(&image(50, 40, |i| Rgb::splat(firefly(i))), &image(50, 40, |_| Rgb::ZERO)).unwrap();
-        assert_eq!(c.trimmed, 2);
-        near(c.mse, (1e4 + 2500.0 + 100.0) / 2000.0);
-        near(c.rel_mse, (1e4 + 2500.0 + 100.0) / 0.01 / 2000.0);
-        near(c.rel_mse_trimmed, 100.0 / 0.01 / 1998.0);
-        assert_eq!(c.bias, [f64::INFINITY; 3]);
+        // At any exposure.
+        for scale in [1.0, 1024.0] {
+            let a = image(50, 40, |i| Rgb::splat(scale * (1.0 + firefly(i))));
+            let c = compare(&a, &image(50, 40, |_| Rgb::splat(scale))).unwrap();
+            assert_eq!(c.trimmed, 2);
+            near(c.mse, f64::from(scale * scale) * (1e4 + 2500.0 + 100.0) / 2000.0);
+            near(c.rel_mse, (1e4 + 2500.0 + 100.0) / 1.01 / 2000.0);
+            near(c.rel_mse_trimmed, 100.0 / 1.01 / 1998.0);
+        }
+    }
+
+    #[test]
+    fn nothing_is_near_a_black_reference() {
+        let c = compare(&image(2, 1, |i| Rgb::splat(i as f32)), &image(2, 1, |_| Rgb::ZERO)).unwrap();
+        assert_eq!((c.bias, c.rel_mse), ([f64::INFINITY; 3], f64::INFINITY));
     }
 
     #[test]
@@ -214,7 +240,8 @@ mod tests {
     fn difference_picture_shows_sign_and_size() {
         let reference = image(4, 1, |i| Rgb::splat([1.0, 1.0, 1.0, 0.0][i as usize]));
         let picture = difference_picture(&image(4, 1, |i| Rgb::splat([1.5, 0.5, 1.0, 9.0][i as usize])), &reference);
-        let half = (0.5 / 1.01f64.sqrt()) as f32;
+        // The reference's mean is 3/4.
+        let half = (0.5 / (1.0 + 0.01 * 0.5625f64).sqrt()) as f32;
         let expected = [Rgb::X * half, Rgb::Z * half, Rgb::ZERO, Rgb::X];
         for (p, e) in picture.unwrap().pixels.iter().zip(expected) {
             assert!((*p - e).abs().max_element() < 1e-6, "{p} is not {e}");

@@ -30,9 +30,12 @@ pub enum SceneError {
     /// Nothing to render.
     #[error("the scene has no {0}")]
     Empty(&'static str),
-    /// Too large for the memory or for 32-bit indices.
+    /// Too large for 32-bit indices.
     #[error("{0}")]
     TooLarge(String),
+    /// The memory does not suffice.
+    #[error("{0}")]
+    OutOfMemory(String),
     /// The ray tracer failed.
     #[error("{0}")]
     Backend(String),

@@ -343,7 +343,7 @@ fn reserve<T>(n: usize) -> Result<Vec<T>, SceneError> {
     let mut v = Vec::new();
     match v.try_reserve_exact(n) {
         Ok(()) => Ok(v),
-        Err(_) => Err(SceneError::TooLarge(format!("no memory for {n} elements of {} bytes", size_of::<T>()))),
+        Err(_) => Err(SceneError::OutOfMemory(format!("no memory for {n} elements of {} bytes", size_of::<T>()))),
     }
 }
 

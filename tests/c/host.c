@@ -186,6 +186,15 @@ static void callbacks(void) {
     TRUE(statistics.samples < desc.samples);
     hash(render);
     OK(caustica_render_release(device, render));
+
+    /* A time limit without a number of samples takes as many as fit: of one pixel, more than the usual 64. */
+    desc = request(0);
+    desc.width = desc.height = 1;
+    desc.time_limit_seconds = 1;
+    OK(caustica_render(device, &desc, &render));
+    OK(caustica_render_result(device, render, &statistics));
+    TRUE(statistics.samples > 64);
+    OK(caustica_render_release(device, render));
 }
 
 static void asynchronous(void) {

@@ -415,7 +415,8 @@ static void commit_errors(void) {
         EXPECT(CAUSTICA_OK, caustica_last_error(device, &detail));
         TRUE(detail.object_kind == CAUSTICA_OBJECT_MESH && detail.object_id == mesh.id);
         TRUE(strcmp(detail.object_name, "broken") == 0 && detail.index != CAUSTICA_NO_INDEX);
-        TRUE(detail.parameter[0] != 0 && strstr(detail.text, "broken") != NULL);
+        TRUE(strcmp(detail.parameter, round == 0 ? "indices[2]" : "positions[1].y") == 0);
+        TRUE(strstr(detail.text, detail.parameter) != NULL && strstr(detail.text, "broken") != NULL);
         EXPECT(CAUSTICA_OK, caustica_mesh_release(device, mesh));
         EXPECT(CAUSTICA_OK, caustica_instance_remove(device, instance));
     }
@@ -441,6 +442,7 @@ static void commit_errors(void) {
     EXPECT(INVALID, caustica_scene_commit(device, scene, NULL));
     EXPECT(CAUSTICA_OK, caustica_last_error(device, &detail));
     TRUE(detail.object_kind == CAUSTICA_OBJECT_MATERIAL && detail.object_id == material.id);
+    TRUE(strcmp(detail.parameter, "color.b") == 0 || strcmp(detail.parameter, "color[2]") == 0);
     md = material_desc();
     EXPECT(CAUSTICA_OK, caustica_material_set(device, material, &md));
     EXPECT(CAUSTICA_OK, caustica_scene_commit(device, scene, NULL));

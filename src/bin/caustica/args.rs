@@ -60,11 +60,11 @@ pub(crate) struct Render {
     /// Write EXR in 32-bit instead of 16-bit floats
     #[arg(long)]
     pub(crate) float: bool,
-    /// Also write one EXR per strategy (s light vertices, t camera vertices) into DIR: weighted, the caustic
+    /// Also write three EXR per strategy (s light vertices, t camera vertices) into DIR: weighted, the caustic
     /// part of that, and unweighted
     #[arg(long, value_name = "DIR")]
     pub(crate) strategies: Option<PathBuf>,
-    /// Leave out all light but caustics
+    /// Leave out all light but caustics: what smooth glass or mirrors lead to the surface that the camera sees
     #[arg(long)]
     pub(crate) caustics_only: bool,
     /// Print errors only
@@ -78,7 +78,7 @@ pub(crate) struct Render {
 #[derive(Debug, Args)]
 pub(crate) struct Picture {
     /// Whether bdpt connects through glass by manifold walks; auto: where a few samples forecast that it pays, and
-    /// always with delta lights, --strategies and --caustics-only
+    /// always with delta lights, --strategies, --caustics-only and --paper
     #[arg(long, value_enum, value_name = "WHEN", default_value_t = Switch::Auto)]
     pub(crate) caustics: Switch,
     /// Longest path in segments; 1 is light seen directly
@@ -114,8 +114,8 @@ impl Picture {
             max_depth: self.max_depth,
             seed: self.seed,
             caustics: match self.caustics {
-                Switch::Auto => Caustics::Auto,
-                Switch::On => Caustics::On,
+                Switch::Auto if !self.connections.paper => Caustics::Auto,
+                Switch::Auto | Switch::On => Caustics::On,
                 Switch::Off => Caustics::Off,
             },
             caustic_options: self.connections.options(),
@@ -151,7 +151,8 @@ pub(crate) struct Pixel {
 /// The defaults are the library's.
 #[derive(Debug, Args)]
 pub(crate) struct Connections {
-    /// The settings of the paper: direct geometry term, check of few steps (biased), roulette by lengths
+    /// The settings of the paper: connections always, direct geometry term, check of few steps (biased), roulette by
+    /// lengths, one walk, no search, no aim, one light subpath a sample
     #[arg(long)]
     pub(crate) paper: bool,
     /// Geometry term of chains in the weights [default: exact]
@@ -163,7 +164,8 @@ pub(crate) struct Connections {
     /// Which connections are tried [default: contribution]
     #[arg(long, value_enum, value_name = "BY")]
     pub(crate) roulette: Option<RouletteName>,
-    /// Contribution, in multiples of the mean radiance, from which on a connection is always tried
+    /// Contribution, in multiples of the mean radiance, from which on a connection is always tried; of --roulette
+    /// contribution alone [default: 0.5]
     #[arg(long, value_name = "X", value_parser = positive)]
     pub(crate) roulette_threshold: Option<f64>,
     /// Walks from one pair of ends at most, until one finds a path: from the straight line, then from other starts
@@ -189,7 +191,7 @@ pub(crate) struct Connections {
     /// Most steps of a walk [default: 64 to lights that cannot be hit, else 24]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) walk_iterations: Option<u32>,
-    /// Largest deviation from Snell's law at the end of a walk, radians, at most 1e-5
+    /// Largest deviation from Snell's law at the end of a walk, radians, at most 1e-5 [default: 1e-8]
     #[arg(long, value_name = "ANGLE", value_parser = positive)]
     pub(crate) walk_tolerance: Option<f64>,
 }
@@ -269,7 +271,8 @@ pub(crate) struct Compare {
     pub(crate) image: PathBuf,
     /// What it should be
     pub(crate) reference: PathBuf,
-    /// Write the absolute difference per channel as an image
+    /// Write a picture of the relative difference in luminance: red where the image is brighter than the reference,
+    /// blue where it is darker, cut at 1
     #[arg(long, value_name = "FILE")]
     pub(crate) diff: Option<PathBuf>,
 }
