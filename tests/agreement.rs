@@ -5,6 +5,8 @@
 //! 2. The path tracer and the bidirectional one agree, on everything.
 //!
 //! Levels: tests/common/oracle.rs.
+// The second backend is held against the first ray by ray, in `backends.rs`.
+#![cfg(feature = "embree")]
 
 mod common;
 
