@@ -429,7 +429,8 @@ pub(super) fn estimate<O: Observer>(
 /// at most ten times a second, and at the end.
 ///
 /// The image is a function of the scene and of the settings other than `threads` and `time_limit`,
-/// bit for bit: samples are numbered by (pixel, pass), and added in the order of their numbers.
+/// bit for bit: samples are numbered by (pixel, pass), and added in the order of their numbers. Makes of
+/// processor differ in the last place of what Embree hits.
 pub fn render(
     world: &World,
     settings: &Settings,
