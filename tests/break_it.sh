@@ -270,6 +270,9 @@ mutation("light subpaths: forecast as if all paths needed one", "src/render/mome
          "path.camera_only + number * (1.0 - path.camera_only)", "number", ("options", "as_many_light_subpaths"))
 
 # Aim.
+mutation("forecast: walks that will not be made, charged to aim", "src/render/pilot.rs",
+         "let unconnected = decides && [", "let unconnected = false && [",
+         ("options", "light_is_aimed"))
 mutation("aim: density of light leaving a surface, in the weights", "src/transport/aim.rs",
          "TransportMode::Radiance => e.pdf_reverse = mix(share, e.pdf_reverse, vertex.toward),",
          "TransportMode::Radiance => {}", ("weights", "area_light"))
