@@ -462,6 +462,7 @@ typedef struct caustica_statistics {
     float aim_forecast_work;    /* work with aim over that without, per sample; both NaN if not forecast */
     float light_subpaths;       /* per sample */
     uint32_t seeds;             /* most walks from one pair of ends, to lights that can be hit; 0 without connections */
+    float search;               /* probability with which a connection searched for one more path, likewise */
     char backend[64];           /* the ray tracer */
 } caustica_statistics;
 

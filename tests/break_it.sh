@@ -268,6 +268,12 @@ mutation("noise: of the passes since alone", "src/render/film.rs",
          ("lib", "the_noise_estimate_knows"))
 mutation("light subpaths: forecast as if all paths needed one", "src/render/moments.rs",
          "path.camera_only + number * (1.0 - path.camera_only)", "number", ("options", "as_many_light_subpaths"))
+mutation("forecast: searches as if nothing else found it", "src/render/moments.rs",
+         "divided(added / attempts, 1.0 - path.weight)", "divided(added / attempts, 0.0)", ("lib", "what_is_left_out"))
+mutation("search: no noise of its own in the forecast", "src/render/moments.rs",
+         "- added * weight * weight / seldom", "", ("lib", "what_is_left_out"))
+mutation("search: never to lamps", "src/render/pilot.rs",
+         "pilot.search = if saved", "pilot.search = if false && saved", ("options", "searches_are_made"))
 
 # Aim.
 mutation("forecast: walks that will not be made, charged to aim", "src/render/pilot.rs",

@@ -193,7 +193,7 @@ fn both_sides_agree_on_layouts_and_constants() {
             spared_walks, forecast_variance, forecast_work, non_finite, first_non_finite_pixel,
             first_non_finite_sample, commit_seconds, render_seconds, scene_bytes, film_bytes, threads, noise,
             caustics, aimed, aim_forecast_variance, aim_forecast_work, light_subpaths,
-            seeds, backend
+            seeds, search, backend
         }
         caustica_pixels = capi::pixels::Pixels { struct_size, format, data, size, row_stride }
     };

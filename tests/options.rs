@@ -7,7 +7,7 @@ mod common;
 
 use caustica::render::job::{Cancel, Caustics, Integrator, RenderError, Settings, render};
 use caustica::scene::{CommitOptions, World};
-use caustica::transport::options::{CausticOptions, Check, GeometryTerm, MOST_SEEDS};
+use caustica::transport::options::{CausticOptions, Check, GeometryTerm, MOST_SEEDS, SEARCH};
 use caustica::transport::roulette::Roulette;
 use common::oracle::{check_reference, first_seed, renders};
 use common::scenes::under_a_lamp;
@@ -175,6 +175,23 @@ fn walks_start_elsewhere_where_it_pays() {
         assert_eq!(statistics.seeds, seeds, "{scene}: {:?}", statistics.seeds_forecast);
         assert_eq!(statistics.seeds_forecast.is_some(), scene != "window", "{scene}");
         assert_eq!(statistics.walks.retried > 0, seeds > 1, "{scene}");
+    }
+}
+
+#[test]
+fn searches_are_made_where_they_pay() {
+    // By the forecast: where what a search finds would be left to hits of a tiny lamp, under waves. Out of a hollow globe and at a
+    // cornea walks find nearly all.
+    for (scene, search) in [("water_small", SEARCH), ("figure4b_small", 0.0), ("eye", 0.0)] {
+        let world = scene_of_this_repository(scene);
+        let settings = common::settings(Integrator::Bdpt, 128, 1, 3);
+        let settings = Settings { caustics: Caustics::Auto, ..settings };
+        let statistics = common::run(&world, &settings).statistics;
+        assert_eq!(statistics.search, search, "{scene}: {:?}", statistics.search_forecast);
+        assert_eq!(statistics.walks.searches > 0, search > 0.0, "{scene}");
+        let given = CausticOptions { search: Some(0.0), ..CausticOptions::default() };
+        let statistics = common::run(&world, &Settings { caustic_options: given, ..settings }).statistics;
+        assert!(statistics.search_forecast.is_none() && statistics.walks.searches == 0, "{scene}");
     }
 }
 

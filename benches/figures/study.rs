@@ -207,6 +207,7 @@ fn walks(s: &Statistics) -> String {
     };
     let mut forecast = decided("Aimed", s.aimed, s.aim_forecast) + &decided("Connected", s.caustics, s.forecast);
     forecast += &decided("From other starts", s.seeds > 1, s.seeds_forecast);
+    forecast += &decided("Searches", s.search > 0.0, s.search_forecast);
     if s.light_subpaths < 1.0 {
         forecast += &format!(" Light subpaths: {} a sample.", s.light_subpaths);
     }

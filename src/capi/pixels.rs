@@ -107,6 +107,8 @@ pub struct Statistics {
     pub light_subpaths: f32,
     /// Most walks from one pair of ends.
     pub seeds: u32,
+    /// Probability of a search for one more chain.
+    pub search: f32,
     /// The ray tracer.
     pub backend: [c_char; 64],
 }
@@ -155,6 +157,7 @@ impl Statistics {
             aim_forecast_work: s.aim_forecast.map_or(f32::NAN, |f| f.work),
             light_subpaths: s.light_subpaths,
             seeds: s.seeds,
+            search: s.search,
             backend: chars(&s.backend),
         }
     }

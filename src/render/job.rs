@@ -191,6 +191,10 @@ pub struct Statistics {
     pub seeds: u32,
     /// On what that was decided; `None` where there was nothing to decide.
     pub seeds_forecast: Option<Forecast>,
+    /// Probability with which connections searched for one more chain, other than to lights that cannot be hit.
+    pub search: f32,
+    /// On what that was decided; `None` where there was nothing to decide.
+    pub search_forecast: Option<Forecast>,
     /// Samples whose value was NaN or infinite; dropped from the image.
     pub non_finite: u64,
     /// Pixel and sample of the first of them.
@@ -398,6 +402,7 @@ pub(super) fn tracer<'w>(world: &'w World, view: &View, settings: &Settings, pil
         && matches!(view.camera.endpoint(), Endpoint::Point(_));
     tracer.options = settings.caustic_options;
     tracer.seeds = pilot.seeds;
+    tracer.search = pilot.search;
     if settings.integrator == Integrator::Mnee {
         // As it was published: one chain for each pair of ends.
         tracer.options.search.get_or_insert(0.0);
@@ -509,6 +514,8 @@ pub fn render(
     statistics.light_subpaths = pilot.light_subpaths as f32;
     statistics.seeds = if pilot.connects { settings.caustic_options.seeds.unwrap_or(pilot.seeds) } else { 0 };
     statistics.seeds_forecast = pilot.seeds_forecast;
+    statistics.search = if pilot.connects { settings.caustic_options.search.unwrap_or(pilot.search) } else { 0.0 };
+    statistics.search_forecast = pilot.search_forecast;
     statistics.commit_seconds = world.commit_seconds;
     statistics.render_seconds = start.elapsed().as_secs_f64();
     statistics.scene_bytes = world.memory();

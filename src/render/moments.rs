@@ -16,6 +16,7 @@
 use crate::integrator::bdpt::View;
 use crate::integrator::{Contribution, Observer};
 use crate::transport::aim::departures;
+use crate::transport::options::SEARCH;
 use std::collections::BTreeMap;
 
 /// Numbers of light subpaths per sample that are chosen from. More than one seldom brings anything: with 2 and 4 the error
@@ -41,6 +42,8 @@ pub(super) struct Moments {
     pub(super) unconnected: f64,
     /// By how much more without the chains that only other starts than the straight segment lead to.
     pub(super) unretried: f64,
+    /// By how much more, or less, without searches than with as many as [`SEARCH`] says; drawn with all.
+    pub(super) unsearched: f64,
     /// By how much more without any aim.
     pub(super) unaimed: f64,
     /// By how much more without that of one class of places.
@@ -68,6 +71,12 @@ impl Moments {
         self.all += added;
         self.unconnected += if path.connected { more(0.0) } else { 0.0 };
         self.unretried += if path.retried { more(0.0) } else { 0.0 };
+        if let Some(attempts) = path.searched {
+            // Of a path that is found by search once in so many attempts, the others make as much as of so many.
+            let seldom = f64::from(SEARCH);
+            let weight = seldom / (seldom * path.weight + 1.0 - path.weight);
+            self.unsearched += divided(added / attempts, 1.0 - path.weight) - added * weight * weight / seldom;
+        }
         self.unaimed += more(path.plain);
         for (class, plain) in departures {
             *self.unaimed_from.entry(class).or_default() += more(plain);
@@ -78,6 +87,7 @@ impl Moments {
         self.all += other.all * scale;
         self.unconnected += other.unconnected * scale;
         self.unretried += other.unretried * scale;
+        self.unsearched += other.unsearched * scale;
         self.unaimed += other.unaimed * scale;
         for (class, more) in &other.unaimed_from {
             *self.unaimed_from.entry(*class).or_default() += more * scale;
@@ -108,6 +118,8 @@ struct Path {
     connected: bool,
     /// Whether its chain was found from another start.
     retried: bool,
+    /// If a search found its chain: the number of its attempts, times the probability that is presumed of it.
+    searched: Option<f64>,
     /// Density of its light subpath without aim, over that with it.
     plain: f64,
 }
@@ -201,6 +213,7 @@ impl Observer for Paths<'_> {
                 light,
                 connected: c.chain.is_some(),
                 retried: c.chain.is_some_and(|chain| chain.retried),
+                searched: c.chain.filter(|chain| chain.searched).map(|c| f64::from(c.attempt) * c.presumed),
                 plain: c.light.last().map_or(1.0, |vertex| vertex.plain),
             };
             self.add(c.pixel, &path, departures(c.start, c.light));
@@ -233,6 +246,7 @@ mod tests {
                 light,
                 connected,
                 retried: pixel % 4 == 0,
+                searched: (pixel % 8 == 0).then_some(3.0),
                 plain: if connected { 0.25 } else { 1.0 },
             };
             paths.add(pixel, &path, std::iter::once((3, path.plain)));
@@ -253,6 +267,11 @@ mod tests {
         let m = moments(64, 48, 1.0, Light::Caustic);
         assert!((m.unconnected / m.all - 1.0).abs() < 1e-9, "half of the density: twice the moment");
         assert!((m.unretried / m.all - 0.5).abs() < 1e-9, "of half of these");
+        // An eighth of the paths, found by one search in three: by the others, of half of the density, twice a third of
+        // each. With a quarter of the searches these have a fifth of the density, and what they find counts 4/5 / (1/2) / 4
+        // times as much, four times as seldom.
+        let searched = 2.0 / 3.0 - 4.0 * f64::powi(0.2 / 0.5, 2);
+        assert!((m.unsearched / m.all - searched / 8.0).abs() < 1e-9, "{}", m.unsearched / m.all);
         assert!((m.unaimed / m.all - (1.0 / 0.625 - 1.0)).abs() < 1e-9, "a quarter of a half of it");
         assert_eq!(m.unaimed_from, BTreeMap::from([(3, m.unaimed)]));
         let [caustics, others] = m.by_number;

@@ -64,6 +64,8 @@ pub struct CausticEdge {
     pub probability: [f64; 2],
     /// Whether it was found from another start than the straight segment.
     pub retried: bool,
+    /// Whether a search found it.
+    pub searched: bool,
     /// Reciprocal of the probability with which a connection finds it, or an estimate of that without bias.
     pub attempt: f32,
     /// What stands for that probability in the weights: 1 unless a search found it.
@@ -165,6 +167,7 @@ impl Tracer<'_> {
             transmittance: Rgb::splat(chain.transmittance as f32),
             probability: chain.density,
             retried: false,
+            searched: false,
             attempt: 1.0,
             presumed: 1.0,
         };
@@ -232,6 +235,7 @@ impl Tracer<'_> {
         let other = found.map(|(edge, walks)| CausticEdge {
             attempt: walks as f32 / probability,
             presumed: presumed(probability, a, b, edge.inverse_jacobian),
+            searched: true,
             ..edge
         });
         self.walks.nanoseconds[0] += start.map_or(0, |s| TIMED * s.elapsed().as_nanos() as u64);
@@ -275,7 +279,10 @@ impl Tracer<'_> {
         let found = known.filter(like).or_else(|| {
             // A search might find it if a walk that starts there stays there.
             let start = (probability > 0.0).then(|| first.as_dvec3().normalize())?;
-            let edge = self.solve(a, b, &seen, Some(start), &settings).ok().filter(like)?;
+            let before = self.walk_work();
+            let edge = self.solve(a, b, &seen, Some(start), &settings).ok().filter(like);
+            self.search_work += self.walk_work() - before;
+            let edge = edge?;
             Some(CausticEdge { presumed: presumed(probability, a, b, edge.inverse_jacobian), ..edge })
         });
         self.walks.nanoseconds[1] += start.map_or(0, |s| TIMED * s.elapsed().as_nanos() as u64);

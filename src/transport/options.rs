@@ -56,7 +56,7 @@ pub const MOST_LIGHT_SUBPATHS: f32 = 64.0;
 /// Smallest: far below what pays.
 pub const LEAST_LIGHT_SUBPATHS: f32 = 1e-3;
 
-/// Probability of a search to a light that cannot be hit.
+/// Probability of a search to a light that cannot be hit, and to others where searches pay.
 pub const SEARCH: f32 = 0.25;
 
 /// How caustic connections are made and weighed.
@@ -76,7 +76,8 @@ pub struct CausticOptions {
     /// manifold next-event estimation; elsewhere where a few samples before the render forecast that it pays.
     pub seeds: Option<u32>,
     /// Probability with which a connection through curved glass searches for one more chain, with [`Check::Exact`] only.
-    /// By default [`SEARCH`] to lights that cannot be hit, else 0; never for manifold next-event estimation.
+    /// By default [`SEARCH`] to lights that cannot be hit and, where there is none, wherever a few samples before the render
+    /// forecast that it pays; never for manifold next-event estimation.
     pub search: Option<f32>,
     /// Which connections are tried.
     pub roulette: Roulette,

@@ -1,7 +1,8 @@
 //! Searches for a chain beside `S(a, b)`, from random directions (Zeltner, Georgiev and Jakob 2020, §4.2).
 //!
-//! Between a delta light and a pinhole that are both behind glass there are no others. To such lights a connection also
-//! searches, now and then, from a random direction. A chain that is found so, and is not `S(a, b)`, counts with the
+//! Between a delta light and a pinhole that are both behind glass there are no others, and the smaller a lamp, the seldomer
+//! it is hit along the chains that no walk finds. So a connection also searches, now and then, from a random direction:
+//! always to delta lights, to others where that is forecast to pay (`crate::render::pilot`). A chain that is found so, and is not `S(a, b)`, counts with the
 //! reciprocal of the probability of finding it, estimated without bias by the number of walks until it is found again
 //! (Zeltner, Georgiev and Jakob 2020, §4.2). The weights need a function of the path alone: they presume a probability
 //! (`presumed`), and a sampled chain needs no search but one walk, which must stay where it is. Whatever they presume,
@@ -27,7 +28,7 @@ impl Tracer<'_> {
     pub(super) fn search_probability(&self, b: &Endpoint, seen: &Seen) -> f32 {
         let by_default = match b {
             Endpoint::Point(_) | Endpoint::Infinite(_) if self.world.requirements.delta_lights => SEARCH,
-            _ => 0.0,
+            _ => self.search,
         };
         let probability = self.options.search.unwrap_or(by_default);
         let curved = |shape| {
@@ -54,7 +55,7 @@ impl Tracer<'_> {
             End::Direction(d) => d,
         };
         let axis = known.map_or_else(straight, |edge| edge.first.as_dvec3().normalize());
-        let before = self.walks.total();
+        let before = (self.walks.total(), self.walk_work());
         let mut look = || {
             let start = search(axis, self.roulette.next_2d().as_dvec2());
             self.solve(a, b, seen, Some(start), settings).ok()
@@ -65,7 +66,8 @@ impl Tracer<'_> {
         });
         self.walks.searches += 1;
         self.walks.discovered += u64::from(found.is_some());
-        self.walks.search_walks += self.walks.total() - before;
+        self.walks.search_walks += self.walks.total() - before.0;
+        self.search_work += self.walk_work() - before.1;
         found
     }
 }

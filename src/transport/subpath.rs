@@ -142,6 +142,11 @@ pub struct Tracer<'w> {
     pub seeds: u32,
     /// The part of [`Tracer::walk_work`] that was done from other starts.
     pub retry_work: f64,
+    /// Probability with which a connection searches for one more chain, unless the options say it or the light cannot be
+    /// hit.
+    pub search: f32,
+    /// The part of [`Tracer::walk_work`] that searches did, and the checks that know of them.
+    pub search_work: f64,
     /// Random numbers of roulette on them; of the current sample.
     pub roulette: Sampler,
     /// What it goes by.
@@ -192,6 +197,8 @@ impl<'w> Tracer<'w> {
             options: CausticOptions::default(),
             seeds: 1,
             retry_work: 0.0,
+            search: 0.0,
+            search_work: 0.0,
             roulette: Sampler::new(0, 0, 0, Stream::Caustic),
             experience: Experience::default(),
             trials: None,

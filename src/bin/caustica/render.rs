@@ -149,6 +149,7 @@ fn walks(s: &Statistics, console: Console) {
     decision("light subpaths aimed at glass", s.aimed, s.aim_forecast);
     decision("connections through glass", s.caustics, s.forecast);
     decision("walks from other starts", s.seeds > 1, s.seeds_forecast);
+    decision("searches for one more chain", s.search > 0.0, s.search_forecast);
     if s.light_subpaths < 1.0 && s.light_path_rays > 0 {
         console.note(&format!("light subpaths: {} a sample", s.light_subpaths));
     }
