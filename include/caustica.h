@@ -393,6 +393,43 @@ typedef struct caustica_progress {
  * during the call. Not called any more once a wait or caustica_render has returned. */
 typedef bool (*caustica_progress_callback)(void* user, const caustica_progress* progress);
 
+enum {
+    CAUSTICA_GEOMETRY_TERM_EXACT = 0, /* generalised: weights fall where light gathers */
+    CAUSTICA_GEOMETRY_TERM_DIRECT = 1 /* as if nothing were between the ends, as in the paper */
+};
+
+enum {
+    CAUSTICA_CHECK_EXACT = 0, /* by the connection's own walk */
+    CAUSTICA_CHECK_FEW = 1,   /* by its first three steps, as in the paper; biased, needs the direct geometry term */
+    CAUSTICA_CHECK_OFF = 2    /* not at all; biased, needs the direct geometry term */
+};
+
+enum {
+    CAUSTICA_ROULETTE_CONTRIBUTION = 0, /* by what a connection is expected to bring */
+    CAUSTICA_ROULETTE_LENGTHS = 1,      /* by the lengths of both subpaths, as in the paper */
+    CAUSTICA_ROULETTE_OFF = 2           /* all connections are tried */
+};
+
+/* How connections through glass are made: what `caustica render --help` has under the same names. Zero is the default
+ * in every field. The paper's settings are CAUSTICA_INTEGRATOR_BDPT with the direct geometry term, the check of few
+ * steps, roulette by lengths, 1 for seeds and light_subpaths and -1 for search and aim. */
+typedef struct caustica_caustic_options {
+    uint32_t struct_size;
+    uint32_t geometry_term;   /* CAUSTICA_GEOMETRY_TERM_: of chains, in the weights */
+    uint32_t check;           /* CAUSTICA_CHECK_: how a sampled chain is recognised as one that a connection finds */
+    uint32_t roulette;        /* CAUSTICA_ROULETTE_: which connections are tried */
+    float roulette_threshold; /* times the mean radiance: what is always tried, of _CONTRIBUTION alone; 0: 0.5 */
+    uint32_t seeds;           /* most walks from one pair of ends, 1 to 3; 0: 3 where nothing else finds the path or a
+                                 few samples forecast that it pays, else 1 */
+    float search;             /* probability with which a connection searches for one more path, up to 1; 0: 0.25 where
+                                 likewise, else none; less than 0: none. Needs the exact check */
+    float aim;                /* share of light subpaths' directions aimed at glass, up to 0.95; 0: 0.5 where it is
+                                 forecast to pay, else none; less than 0: none */
+    float light_subpaths;     /* per sample, 0.001 to 64; 0: 1, or fewer where it is forecast to pay */
+    uint32_t walk_iterations; /* most steps of a walk; 0: 64 to lights that cannot be hit, else 24 */
+    double walk_tolerance;    /* largest deviation from Snell's law, radians, at most 1e-5; 0: 1e-8 */
+} caustica_caustic_options;
+
 typedef struct caustica_render_desc {
     uint32_t struct_size;
     uint32_t integrator;    /* CAUSTICA_INTEGRATOR_ */
@@ -406,9 +443,10 @@ typedef struct caustica_render_desc {
                                make of processor in the last place of what Embree hits */
     double time_limit_seconds; /* ends with the pass that runs at this time; 0: no limit */
     uint32_t num_threads;   /* 0: the device's */
-    uint32_t reserved;
+    uint32_t caustics_only; /* 1: all light but caustics is left out; else 0 */
     caustica_progress_callback progress; /* or NULL */
     void* user;
+    const caustica_caustic_options* caustic_options; /* read during the call; or NULL: all defaults */
 } caustica_render_desc;
 
 /* Renders, and returns when it is over: CAUSTICA_OK, or CAUSTICA_CANCELLED when the callback asked for

@@ -185,7 +185,11 @@ fn both_sides_agree_on_layouts_and_constants() {
         }
         caustica_render_desc = capi::render::RenderDesc {
             struct_size, integrator, scene, camera, width, height, samples, max_depth, seed, time_limit_seconds,
-            num_threads, reserved, progress, user
+            num_threads, caustics_only, progress, user, caustic_options
+        }
+        caustica_caustic_options = capi::options::CausticOptions {
+            struct_size, geometry_term, check, roulette, roulette_threshold, seeds, search, aim, light_subpaths,
+            walk_iterations, walk_tolerance
         }
         caustica_statistics = capi::pixels::Statistics {
             struct_size, width, height, samples, camera_rays, camera_path_rays, light_path_rays, shadow_rays,
@@ -216,6 +220,10 @@ fn both_sides_agree_on_layouts_and_constants() {
         render {
             INTEGRATOR_DEFAULT, INTEGRATOR_PATH, INTEGRATOR_BDPT, INTEGRATOR_MNEE, INTEGRATOR_BDPT_PLAIN,
             INTEGRATOR_LIGHT, STATE_RUNNING, STATE_DONE, STATE_CANCELLED, STATE_FAILED
+        }
+        options {
+            GEOMETRY_TERM_EXACT, GEOMETRY_TERM_DIRECT, CHECK_EXACT, CHECK_FEW, CHECK_OFF, ROULETTE_CONTRIBUTION,
+            ROULETTE_LENGTHS, ROULETTE_OFF
         }
         pixels { FORMAT_RGB_F32, FORMAT_RGBA_F32 }
         info { VERSION }

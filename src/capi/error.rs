@@ -196,7 +196,7 @@ impl From<RenderError> for Failure {
         let text = error.to_string();
         match error {
             RenderError::Setting { setting, .. } => {
-                Failure { parameter: setting.to_owned(), ..Failure::new(ERROR_INVALID_ARGUMENT, text) }
+                Failure { parameter: setting.replace(' ', "_"), ..Failure::new(ERROR_INVALID_ARGUMENT, text) }
             }
             RenderError::OutOfMemory { .. } => Failure::new(ERROR_OUT_OF_MEMORY, text),
             RenderError::Internal(_) => Failure::new(ERROR_INTERNAL, text),

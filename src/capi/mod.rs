@@ -23,6 +23,7 @@ pub mod light;
 pub mod load;
 pub mod material;
 pub mod mesh;
+pub mod options;
 pub mod pixels;
 pub mod pointer;
 pub mod render;

@@ -116,7 +116,7 @@ pub struct Statistics {
 // SAFETY: `repr(C)`, `u32` first, numbers only.
 unsafe impl Sized32 for Statistics {
     const NAME: &'static str = "caustica_statistics";
-    const FIRST_SIZE: usize = 256;
+    const FIRST_SIZE: usize = 264;
 }
 
 impl Statistics {

@@ -50,6 +50,11 @@ impl<T: Sized32> In<T> {
         In(pointer)
     }
 
+    /// For C's `const T*` that may be null.
+    pub(super) fn read_optional(self, parameter: &'static str) -> Result<Option<T>, Failure> {
+        if self.0.is_null() { Ok(None) } else { self.read(parameter).map(Some) }
+    }
+
     /// Copies the descriptor. Fields that an older host does not know are zero, which means their
     /// default; fields that this library does not know must be zero.
     pub(super) fn read(self, parameter: &'static str) -> Result<T, Failure> {

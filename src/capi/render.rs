@@ -8,6 +8,7 @@ use super::device::{Device, MAX_THREADS, Messages, User};
 use super::error::*;
 use super::guard;
 use super::handle::{Handle, Kind};
+use super::options::CausticOptions;
 use super::pixels::Statistics;
 use super::pointer::{In, Out, OutStruct, Sized32};
 use super::scene::{Scene, Snapshot};
@@ -97,18 +98,20 @@ pub struct RenderDesc {
     pub time_limit_seconds: f64,
     /// 0 for the device's.
     pub num_threads: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// 1 to leave out all other light, else 0.
+    pub caustics_only: u32,
     /// Null for none.
     pub progress: Option<ProgressCallback>,
     /// Passed to `progress`.
     pub user: *mut c_void,
+    /// Null for the defaults.
+    pub caustic_options: In<CausticOptions>,
 }
 
-// SAFETY: `repr(C)`, `u32` first; the callback is C's nullable pointer, the rest are numbers.
+// SAFETY: `repr(C)`, `u32` first; callback and options are C's nullable pointers, the rest are numbers.
 unsafe impl Sized32 for RenderDesc {
     const NAME: &'static str = "caustica_render_desc";
-    const FIRST_SIZE: usize = 80;
+    const FIRST_SIZE: usize = 88;
 }
 
 /// What came of a render, and what it was.
@@ -317,8 +320,8 @@ fn start(device: &Arc<Device>, desc: In<RenderDesc>, render: Out<Handle<Render>>
 
 fn request(device: &Arc<Device>, desc: In<RenderDesc>) -> Result<Request, Failure> {
     let d = desc.read("desc")?;
-    if d.reserved != 0 {
-        return Err(Failure::argument("reserved", format!("is {}; 0 was expected", d.reserved)));
+    if d.caustics_only > 1 {
+        return Err(Failure::argument("caustics_only", format!("is {}; 0 or 1 was expected", d.caustics_only)));
     }
     let integrator = match d.integrator {
         INTEGRATOR_DEFAULT => Integrator::default(),
@@ -342,6 +345,7 @@ fn request(device: &Arc<Device>, desc: In<RenderDesc>) -> Result<Request, Failur
     let snapshot = scene.snapshot().ok_or_else(|| {
         Failure::new(ERROR_WRONG_STATE, "the scene was never committed").object(OBJECT_SCENE, scene.id, "")
     })?;
+    let caustic_options = d.caustic_options.read_optional("caustic_options")?.map(|o| o.convert()).transpose()?;
     let defaults = Settings::default();
     let settings = Settings {
         integrator,
@@ -360,6 +364,8 @@ fn request(device: &Arc<Device>, desc: In<RenderDesc>) -> Result<Request, Failur
         max_depth: or(d.max_depth, defaults.max_depth),
         seed: d.seed,
         threads: or(d.num_threads, device.threads as u32) as usize,
+        caustic_options: caustic_options.unwrap_or(defaults.caustic_options),
+        caustics_only: d.caustics_only == 1,
         ..defaults
     };
     Ok(Request { snapshot, settings, progress: d.progress, user: User(d.user) })

@@ -13,6 +13,7 @@ use crate::transport::options::{
     CausticOptions, Check, GeometryTerm, LARGEST_AIM, LARGEST_TOLERANCE, LEAST_LIGHT_SUBPATHS, MOST_LIGHT_SUBPATHS,
     MOST_SEEDS,
 };
+use crate::transport::roulette::Roulette;
 use crate::transport::walk_count::WalkCount;
 use glam::Vec2;
 use std::collections::BTreeMap;
@@ -308,11 +309,16 @@ pub(super) fn validate(world: &World, settings: &Settings) -> Result<(), RenderE
         let expected = format!("the scene has {} cameras", world.cameras.len());
         return RenderError::setting("camera", settings.camera, expected);
     }
-    let CausticOptions { geometry_term, check, walk, seeds, search, aim, light_subpaths, .. } =
+    let CausticOptions { geometry_term, check, walk, seeds, search, roulette, aim, light_subpaths, .. } =
         settings.caustic_options;
     if !(walk.tolerance > 0.0 && walk.tolerance <= LARGEST_TOLERANCE) {
         let expected = format!("more than 0, at most {LARGEST_TOLERANCE:e} radians was expected");
         return RenderError::setting("walk tolerance", walk.tolerance, expected);
+    }
+    if let Roulette::Contribution(threshold) = roulette
+        && !(threshold > 0.0 && threshold.is_finite())
+    {
+        return RenderError::setting("roulette threshold", threshold, "a finite number above 0 was expected");
     }
     if let Some(share) = aim.filter(|share| !(0.0..=LARGEST_AIM).contains(share)) {
         return RenderError::setting("aim", share, format!("a share from 0 to {LARGEST_AIM} was expected"));

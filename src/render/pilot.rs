@@ -14,7 +14,7 @@ use crate::scene::World;
 use crate::transport::Tracer;
 use crate::transport::aim::{self, Aimed, CLASSES, departures};
 use crate::transport::experience::{Experience, Trial};
-use crate::transport::options::{AIM, Check, MOST_SEEDS, SEARCH};
+use crate::transport::options::{AIM, Check, GeometryTerm, MOST_SEEDS, SEARCH};
 use crate::transport::roulette::{self, Roulette};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -346,11 +346,13 @@ pub(super) fn look(world: &World, view: &View, settings: &Settings, cancel: &Can
     let curved = world.refractors.iter().any(|r| r.curved);
     let decides_seeds = bidirectional && connects && settings.caustic_options.seeds.is_none() && curved;
     let options = &settings.caustic_options;
-    // What connections to delta lights search for, nothing else finds: it says nothing of other lamps.
+    // What connections to delta lights search for, nothing else finds: it says nothing of other lamps. With the direct
+    // geometry term weighted contributions have no bound, and few say nothing.
     let decides_search = bidirectional
         && connects
         && options.search.is_none()
         && options.check == Check::Exact
+        && options.geometry_term == GeometryTerm::Exact
         && curved
         && !world.requirements.delta_lights;
     let aims = world.requirements.caustics && (bidirectional || settings.integrator == Integrator::Light);

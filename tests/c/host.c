@@ -75,11 +75,13 @@ static caustica_material make_material(uint32_t model, float emission) {
     return material;
 }
 
-/* A glass ball in a lit room of nothing, seen from z = 5. */
+/* A glass ball and a lamp over a floor that curves, seen from z = 5. */
 static void build(void) {
     const float sky[3] = {0.5f, 0.75f, 1};
     const double lamp_at[12] = {1, 0, 0, 2, 0, 1, 0, 2, 0, 0, 1, 2};
+    const double floor_at[12] = {1, 0, 0, 0, 0, 1, 0, -51.2, 0, 0, 1, 0};
     caustica_camera_desc camera;
+    caustica_material floor = make_material(CAUSTICA_MATERIAL_DIFFUSE, 0);
     caustica_material glass = make_material(CAUSTICA_MATERIAL_DIELECTRIC, 0);
     memset(&camera, 0, sizeof camera);
     camera.struct_size = sizeof camera;
@@ -91,7 +93,9 @@ static void build(void) {
     OK(caustica_scene_set_environment(device, scene, sky));
     OK(caustica_scene_add_sphere(device, scene, 1, glass, NULL, "ball", &ball));
     OK(caustica_scene_add_sphere(device, scene, 0.2, make_material(CAUSTICA_MATERIAL_DIFFUSE, 9), lamp_at, "lamp", NULL));
+    OK(caustica_scene_add_sphere(device, scene, 50, floor, floor_at, "floor", NULL));
     OK(caustica_scene_add_camera(device, scene, &camera, NULL));
+    OK(caustica_material_release(device, floor));
     OK(caustica_material_release(device, glass)); /* the ball keeps it */
 }
 
@@ -246,6 +250,36 @@ static void snapshots(uint64_t before) {
     TRUE(render_hash(&desc) == before);
 }
 
+/* Options of connections: zero is the default, and each of them says something. */
+static void options(uint64_t before) {
+    caustica_caustic_options o;
+    uint64_t connected;
+    caustica_render_desc desc = request(4);
+    memset(&o, 0, sizeof o);
+    o.struct_size = sizeof o;
+    desc.caustic_options = &o;
+    TRUE(render_hash(&desc) == before);
+    o.roulette_threshold = 0.5f;
+    o.walk_tolerance = 1e-8;
+    TRUE(render_hash(&desc) == before);
+    desc.integrator = CAUSTICA_INTEGRATOR_BDPT;
+    connected = render_hash(&desc);
+    o.roulette = CAUSTICA_ROULETTE_OFF;
+    TRUE(render_hash(&desc) != connected);
+    o.geometry_term = CAUSTICA_GEOMETRY_TERM_DIRECT;
+    o.check = CAUSTICA_CHECK_FEW;
+    o.roulette = CAUSTICA_ROULETTE_LENGTHS;
+    o.seeds = 1;
+    o.search = o.aim = -1;
+    o.light_subpaths = 1;
+    o.walk_iterations = 3;
+    TRUE(render_hash(&desc) != connected);
+    desc.caustic_options = NULL;
+    TRUE(render_hash(&desc) == connected);
+    desc.caustics_only = 1;
+    TRUE(render_hash(&desc) != before);
+}
+
 static void forked(void) {
     caustica_render_desc desc = request(1);
     int status = 0;
@@ -323,6 +357,7 @@ int main(void) {
 
     callbacks();
     asynchronous();
+    options(h);
     snapshots(h);
     forked();
     concurrent();

@@ -453,6 +453,8 @@ static void render_calls(void) {
     const caustica_camera camera = {living[CAUSTICA_OBJECT_CAMERA]};
     caustica_render_job render = {0};
     caustica_render_desc desc;
+    caustica_caustic_options options;
+    caustica_detail detail;
     caustica_progress progress;
     caustica_statistics statistics;
     caustica_pixels pixels;
@@ -496,12 +498,38 @@ static void render_calls(void) {
     WITH(desc.camera, other, CAUSTICA_ERROR_INVALID_HANDLE, caustica_render(device, &desc, &render));
     desc.camera = camera;
     WITH(desc.integrator, 6, INVALID, caustica_render(device, &desc, &render));
-    WITH(desc.reserved, 3, INVALID, caustica_render(device, &desc, &render));
+    WITH(desc.caustics_only, 2, INVALID, caustica_render(device, &desc, &render));
     WITH(desc.num_threads, UINT32_MAX, CAUSTICA_ERROR_LIMIT, caustica_render(device, &desc, &render));
     WITH(desc.time_limit_seconds, NAN, INVALID, caustica_render(device, &desc, &render));
     WITH(desc.time_limit_seconds, -1, INVALID, caustica_render(device, &desc, &render));
     WITH(desc.width, UINT32_MAX, INVALID, caustica_render(device, &desc, &render));
     WITH(desc.max_depth, UINT32_MAX, INVALID, caustica_render(device, &desc, &render));
+    memset(&options, 0, sizeof options);
+    options.struct_size = sizeof options;
+    desc.caustic_options = &options;
+    SIZES(options, caustica_render(device, &desc, &render));
+    SIZES(options, caustica_render_start(device, &desc, &render));
+    WITH(options.geometry_term, 2, INVALID, caustica_render(device, &desc, &render));
+    WITH(options.check, 3, INVALID, caustica_render(device, &desc, &render));
+    WITH(options.check, CAUSTICA_CHECK_FEW, INVALID, caustica_render(device, &desc, &render));
+    WITH(options.roulette, 3, INVALID, caustica_render(device, &desc, &render));
+    WITH(options.roulette_threshold, NAN, INVALID, caustica_render(device, &desc, &render));
+    WITH(options.roulette_threshold, -1, INVALID, caustica_render(device, &desc, &render));
+    WITH(options.seeds, 4, INVALID, caustica_render(device, &desc, &render));
+    WITH(options.search, 1.5f, INVALID, caustica_render(device, &desc, &render));
+    WITH(options.search, NAN, INVALID, caustica_render(device, &desc, &render));
+    WITH(options.aim, 1, INVALID, caustica_render(device, &desc, &render));
+    WITH(options.aim, NAN, INVALID, caustica_render(device, &desc, &render));
+    WITH(options.light_subpaths, -1, INVALID, caustica_render(device, &desc, &render));
+    WITH(options.light_subpaths, NAN, INVALID, caustica_render(device, &desc, &render));
+    options.walk_tolerance = 1e-4;
+    EXPECT(INVALID, caustica_render(device, &desc, &render));
+    detail.struct_size = sizeof detail;
+    EXPECT(CAUSTICA_OK, caustica_last_error(device, &detail));
+    TRUE(strcmp(detail.parameter, "walk_tolerance") == 0);
+    options.walk_tolerance = -1;
+    EXPECT(INVALID, caustica_render(device, &desc, &render));
+    desc.caustic_options = NULL;
     TRUE(render.id == 0);
 
     /* A render that fails later. */
