@@ -9,6 +9,11 @@
 //! leaving out; for the number of light subpaths it is that of all that need one. (Rough glass that is walked
 //! through would be evaluated instead, which the estimate does not know.)
 //!
+//! What a search found after `n` attempts counts `n` times, and has its weight by a presumed probability `c`: it is one of
+//! `n c` that the weights know of, so that the others alone would add `1/(n c)` of what `f²/(p (1 - w))` says. Searches
+//! themselves add noise. If a share `q` of them is made, a path is found so much more seldom, counts `1/q` times, and
+//! weighs `q w / (q w + 1 - w)` instead of `w`.
+//!
 //! Errors are seen relative to what is around them. So are these: over the square of the radiance in a block of the
 //! picture, which the same samples estimate, so that a single bright path, whose block it has brightened,
 //! counts no more than that block.
@@ -72,7 +77,6 @@ impl Moments {
         self.unconnected += if path.connected { more(0.0) } else { 0.0 };
         self.unretried += if path.retried { more(0.0) } else { 0.0 };
         if let Some(attempts) = path.searched {
-            // Of a path that is found by search once in so many attempts, the others make as much as of so many.
             let seldom = f64::from(SEARCH);
             let weight = seldom / (seldom * path.weight + 1.0 - path.weight);
             self.unsearched += divided(added / attempts, 1.0 - path.weight) - added * weight * weight / seldom;

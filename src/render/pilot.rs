@@ -1,6 +1,7 @@
 //! A few samples before the first pass: what attempted caustic connections bring, which roulette on them
 //! needs to know, whether they pay at all, whether it pays to walk from other starts or to search for further
-//! chains, whether it pays to aim light subpaths at glass, and how many of them there should be. How the samples tell is in [`super::moments`].
+//! chains, whether it pays to aim light subpaths at glass, and how many of them there should be. How the samples tell is
+//! in [`super::moments`].
 //!
 //! Caustics alone are looked at for all but the last: they are what all this is for, and a small part of most pictures'
 //! variance. Fewer light subpaths must not cost the rest of the picture either.
@@ -21,7 +22,8 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Samples, in groups. The median of their means counts, and the ten of them that forecast least: a few rare paths must
 /// not decide. With aim to decide on they are drawn twice, and again if there will be any, and once more for searches and
-/// for fewer light subpaths: 0.1 to 1 seconds of one thread, together, on the scenes here (EPYC, Zen 3). Threads draw whole groups.
+/// for fewer light subpaths: 0.1 to 1 seconds of one thread, together, on the scenes here (EPYC, Zen 3). Threads draw
+/// whole groups.
 const GROUPS: u32 = 16;
 const TYPICAL: usize = 10;
 const GROUP: u32 = 256;

@@ -2,9 +2,9 @@
 //!
 //! Between a delta light and a pinhole that are both behind glass there are no others, and the smaller a lamp, the seldomer
 //! it is hit along the chains that no walk finds. So a connection also searches, now and then, from a random direction:
-//! always to delta lights, to others where that is forecast to pay (`crate::render::pilot`). A chain that is found so, and is not `S(a, b)`, counts with the
-//! reciprocal of the probability of finding it, estimated without bias by the number of walks until it is found again
-//! (Zeltner, Georgiev and Jakob 2020, §4.2). The weights need a function of the path alone: they presume a probability
+//! always to delta lights, to others where that is forecast to pay (`crate::render::pilot`). A chain that is found so, and
+//! is not `S(a, b)`, counts with the reciprocal of the probability of finding it, estimated without bias by the number of
+//! walks until it is found again (ibid.). The weights need a function of the path alone: they presume a probability
 //! (`presumed`), and a sampled chain needs no search but one walk, which must stay where it is. Whatever they presume,
 //! they sum to one; the worse the guess, the more noise.
 
