@@ -419,13 +419,14 @@ typedef struct caustica_caustic_options {
     uint32_t check;           /* CAUSTICA_CHECK_: how a sampled chain is recognised as one that a connection finds */
     uint32_t roulette;        /* CAUSTICA_ROULETTE_: which connections are tried */
     float roulette_threshold; /* times the mean radiance: what is always tried, of _CONTRIBUTION alone; 0: 0.5 */
-    uint32_t seeds;           /* most walks from one pair of ends, 1 to 3; 0: 3 where nothing else finds the path or a
-                                 few samples forecast that it pays, else 1 */
-    float search;             /* probability with which a connection searches for one more path, up to 1; 0: 0.25 where
-                                 likewise, else none; less than 0: none. Needs the exact check */
-    float aim;                /* share of light subpaths' directions aimed at glass, up to 0.95; 0: 0.5 where it is
-                                 forecast to pay, else none; less than 0: none */
-    float light_subpaths;     /* per sample, 0.001 to 64; 0: 1, or fewer where it is forecast to pay */
+    uint32_t seeds;           /* most walks from one pair of ends, 1 to 3; 0: 3 to lights that cannot be hit, for MNEE,
+                                 and where a few samples forecast that it pays, else 1 */
+    float search;             /* probability with which a connection through curved glass searches for one more path, up
+                                 to 1; 0: for BDPT 0.25 to lights that cannot be hit and where it is forecast to pay;
+                                 less than 0: none. Needs the exact check */
+    float aim;                /* share of what light subpaths draw that is aimed at glass, for BDPT and light tracing, up
+                                 to 0.95; 0: for BDPT 0.5 where it is forecast to pay; less than 0: none */
+    float light_subpaths;     /* of BDPT per sample, 0.001 to 64; 0: 1, or fewer where it is forecast to pay */
     uint32_t walk_iterations; /* most steps of a walk; 0: 64 to lights that cannot be hit, else 24 */
     double walk_tolerance;    /* largest deviation from Snell's law, radians, at most 1e-5; 0: 1e-8 */
 } caustica_caustic_options;
@@ -500,7 +501,7 @@ typedef struct caustica_statistics {
     float aim_forecast_work;    /* work with aim over that without, per sample; both NaN if not forecast */
     float light_subpaths;       /* per sample */
     uint32_t seeds;             /* most walks from one pair of ends, to lights that can be hit; 0 without connections */
-    float search;               /* probability with which a connection searched for one more path, likewise */
+    float search;               /* probability with which a connection searched for one more path, likewise; 0: never */
     char backend[64];           /* the ray tracer */
 } caustica_statistics;
 
