@@ -19,12 +19,12 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
         ("integrator", vec!["math", "geometry", "scene", "scatter", "camera", "transport"]),
         ("render", vec!["math", "pool", "camera", "scene", "transport", "integrator"]),
         ("io", vec!["math", "scene", "render"]),
-        ("capi", vec!["math", "geometry", "pool", "scene", "render", "io", "intersect"]),
+        ("capi", vec!["math", "geometry", "pool", "scene", "render", "io", "intersect", "transport"]),
     ])
 }
 
 /// Finer rules: a whole module would be too much. (module, what it uses of another, the only paths).
-const ONLY: [(&str, &str, &[&str]); 5] = [
+const ONLY: [(&str, &str, &[&str]); 6] = [
     // A hit is plain data that the surface code reads; the backends are not known there.
     ("geometry", "intersect", &["Hit"]),
     // Descriptions are data: the right-hand modules compile them, and know nothing of the world.
@@ -32,6 +32,8 @@ const ONLY: [(&str, &str, &[&str]); 5] = [
     ("camera", "scene", &["description"]),
     ("emitter", "scene", &["description"]),
     ("io", "scene", &["description"]),
+    // Settings of a render are data, too.
+    ("capi", "transport", &["options", "roulette"]),
 ];
 
 fn sources(folder: &Path, into: &mut Vec<PathBuf>) {
