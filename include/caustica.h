@@ -422,7 +422,7 @@ typedef struct caustica_caustic_options {
     uint32_t seeds;           /* most walks from one pair of ends, 1 to 3; 0: 3 to lights that cannot be hit, for MNEE,
                                  and where a few samples forecast that it pays, else 1 */
     float search;             /* probability with which a connection through curved glass searches for one more path, up
-                                 to 1; 0: for BDPT 0.25 to lights that cannot be hit and where it is forecast to pay;
+                                 to 1; 0: for BDPT 0.25 to lights that cannot be hit, 0.1 where it is forecast to pay;
                                  less than 0: none. Needs the exact check */
     float aim;                /* share of what light subpaths draw that is aimed at glass, for BDPT and light tracing, up
                                  to 0.95; 0: for BDPT 0.5 where it is forecast to pay; less than 0: none */

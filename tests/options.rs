@@ -7,7 +7,7 @@ mod common;
 
 use caustica::render::job::{Cancel, Caustics, Integrator, RenderError, Settings, render};
 use caustica::scene::{CommitOptions, World};
-use caustica::transport::options::{CausticOptions, Check, GeometryTerm, MOST_SEEDS, SEARCH};
+use caustica::transport::options::{CausticOptions, Check, GeometryTerm, LAMP_SEARCH, MOST_SEEDS};
 use caustica::transport::roulette::Roulette;
 use common::oracle::{check_reference, first_seed, renders};
 use common::scenes::under_a_lamp;
@@ -182,7 +182,7 @@ fn walks_start_elsewhere_where_it_pays() {
 fn searches_are_made_where_they_pay() {
     // By the forecast: where what a search finds would be left to hits of a tiny lamp, under waves. Out of a hollow globe and at a
     // cornea walks find nearly all.
-    for (scene, search) in [("water_small", SEARCH), ("figure4b_small", 0.0), ("eye", 0.0)] {
+    for (scene, search) in [("water_small", LAMP_SEARCH), ("figure4b_small", 0.0), ("eye", 0.0)] {
         let world = scene_of_this_repository(scene);
         let settings = common::settings(Integrator::Bdpt, 128, 1, 3);
         let settings = Settings { caustics: Caustics::Auto, ..settings };

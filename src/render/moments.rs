@@ -21,7 +21,7 @@
 use crate::integrator::bdpt::View;
 use crate::integrator::{Contribution, Observer};
 use crate::transport::aim::departures;
-use crate::transport::options::SEARCH;
+use crate::transport::options::LAMP_SEARCH;
 use std::collections::BTreeMap;
 
 /// Numbers of light subpaths per sample that are chosen from. More than one seldom brings anything: with 2 and 4 the error
@@ -47,7 +47,7 @@ pub(super) struct Moments {
     pub(super) unconnected: f64,
     /// By how much more without the chains that only other starts than the straight segment lead to.
     pub(super) unretried: f64,
-    /// By how much more, or less, without searches than with as many as [`SEARCH`] says; drawn with all.
+    /// By how much more, or less, without searches than with as many as [`LAMP_SEARCH`] says; drawn with all.
     pub(super) unsearched: f64,
     /// By how much more without any aim.
     pub(super) unaimed: f64,
@@ -77,7 +77,7 @@ impl Moments {
         self.unconnected += if path.connected { more(0.0) } else { 0.0 };
         self.unretried += if path.retried { more(0.0) } else { 0.0 };
         if let Some(attempts) = path.searched {
-            let seldom = f64::from(SEARCH);
+            let seldom = f64::from(LAMP_SEARCH);
             let weight = seldom / (seldom * path.weight + 1.0 - path.weight);
             self.unsearched += divided(added / attempts, 1.0 - path.weight) - added * weight * weight / seldom;
         }
@@ -272,9 +272,9 @@ mod tests {
         assert!((m.unconnected / m.all - 1.0).abs() < 1e-9, "half of the density: twice the moment");
         assert!((m.unretried / m.all - 0.5).abs() < 1e-9, "of half of these");
         // An eighth of the paths, found by one search in three: by the others, of half of the density, twice a third of
-        // each. With a quarter of the searches these have a fifth of the density, and what they find counts 4/5 / (1/2) / 4
-        // times as much, four times as seldom.
-        let searched = 2.0 / 3.0 - 4.0 * f64::powi(0.2 / 0.5, 2);
+        // each. With a tenth of the searches these have an eleventh of the density, and what they find weighs 1/11
+        // instead of 1/2, and counts ten times, ten times as seldom.
+        let searched = 2.0 / 3.0 - 10.0 * f64::powi(2.0 / 11.0, 2);
         assert!((m.unsearched / m.all - searched / 8.0).abs() < 1e-9, "{}", m.unsearched / m.all);
         assert!((m.unaimed / m.all - (1.0 / 0.625 - 1.0)).abs() < 1e-9, "a quarter of a half of it");
         assert_eq!(m.unaimed_from, BTreeMap::from([(3, m.unaimed)]));

@@ -15,7 +15,7 @@ use crate::scene::World;
 use crate::transport::Tracer;
 use crate::transport::aim::{self, Aimed, CLASSES, departures};
 use crate::transport::experience::{Experience, Trial};
-use crate::transport::options::{AIM, Check, GeometryTerm, MOST_SEEDS, SEARCH};
+use crate::transport::options::{AIM, Check, GeometryTerm, LAMP_SEARCH, MOST_SEEDS};
 use crate::transport::roulette::{self, Roulette};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -51,11 +51,11 @@ const SEEDS_WORTH: f64 = 1.0;
 /// Searches for one more chain pay if they save so many times what they add. They find few paths: all groups count but the
 /// one that forecasts most, and they are drawn with a search for each connection. Measured (variance saved over work added
 /// with twelve seeds; error of the caustics at equal time without the worst thousandth of the pixels, and with these,
-/// without searches over with): water_small 1600 to 15000, 0.9, 0.6, but the light found is 1.5 % short without them but for
-/// hits that are brighter than all the rest; figure4c_small 6 to 940, 0.3, 3, and the picture's mean is 0.75 to 1.9 of what
-/// it should be, instead of 0.87 to 0.98; figure4c 0.2 to 1500, 0.9, 1.2 (with fewer searches); water 2 to 6, 1.3, 0.6; demo
-/// 0.3 to 4, 1.0, 1.0; eye -0.4 to 0.5, 1.0, 0.9; figure4b_small -0.5 to 0, 0.8, 0.3.
-const SEARCH_WORTH: f64 = 8.0;
+/// without searches over with a quarter of them): water_small 3800 to 35000, 0.9, 0.6, but the light found is 1.5 % short
+/// without them but for hits that are brighter than all the rest; figure4c_small 12 to 1900, 0.3, 3, and the picture's mean
+/// is 0.75 to 1.9 of what it should be, instead of 0.87 to 0.98; water 1 to 9, 1.3, 0.6; demo 2 to 15, 1.0, 1.0; eye -1.3 to
+/// 1.3, 1.0, 0.9; figure4b_small -1.3 to 0, 0.8, 0.3.
+const SEARCH_WORTH: f64 = 20.0;
 
 /// Fewer light subpaths pay if work times second moments falls to this share, the geometric mean of caustics and other
 /// light, and neither rises beyond the other number. Measured (forecast of caustics with six seeds; error at equal time
@@ -415,8 +415,8 @@ pub(super) fn look(world: &World, view: &View, settings: &Settings, cancel: &Can
     if decides_search && pilot.connects {
         let Some(always) = draw(&Pilot { search: 1.0, ..pilot.clone() })? else { return Ok(pilot) };
         let saved = always.saved_in(GROUPS as usize - 1, |m| m.unsearched);
-        let added = f64::from(SEARCH) * always.searches / (always.work(1.0) - always.searches);
-        pilot.search = if saved > SEARCH_WORTH * added { SEARCH } else { 0.0 };
+        let added = f64::from(LAMP_SEARCH) * always.searches / (always.work(1.0) - always.searches);
+        pilot.search = if saved > SEARCH_WORTH * added { LAMP_SEARCH } else { 0.0 };
         pilot.search_forecast = Some(forecast(saved, added));
     }
     // Without connections, light subpaths are all that finds caustics.

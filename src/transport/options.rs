@@ -56,8 +56,12 @@ pub const MOST_LIGHT_SUBPATHS: f32 = 64.0;
 /// Smallest: far below what pays.
 pub const LEAST_LIGHT_SUBPATHS: f32 = 1e-3;
 
-/// Probability of a search to a light that cannot be hit, and to others where searches pay.
+/// Probability of a search to a light that cannot be hit.
 pub const SEARCH: f32 = 0.25;
+
+/// Probability of a search to other lights where searches pay. The error at equal time with a quarter, over that with so
+/// many, without the worst thousandth of the pixels and with these: 1.06, 1.10 (water_small), 1.15, 0.98 (figure4c_small).
+pub const LAMP_SEARCH: f32 = 0.1;
 
 /// How caustic connections are made and weighed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -76,8 +80,8 @@ pub struct CausticOptions {
     /// manifold next-event estimation; elsewhere where a few samples before the render forecast that it pays.
     pub seeds: Option<u32>,
     /// Probability with which a connection through curved glass searches for one more chain, with [`Check::Exact`] only.
-    /// By default [`SEARCH`] to lights that cannot be hit and, where there is none, wherever a few samples before the render
-    /// forecast that it pays; never for manifold next-event estimation.
+    /// By default [`SEARCH`] to lights that cannot be hit and, where there is none, [`LAMP_SEARCH`] wherever a few samples before
+    /// the render forecast that it pays; never for manifold next-event estimation.
     pub search: Option<f32>,
     /// Which connections are tried.
     pub roulette: Roulette,
