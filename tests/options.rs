@@ -180,8 +180,8 @@ fn walks_start_elsewhere_where_it_pays() {
 
 #[test]
 fn searches_are_made_where_they_pay() {
-    // By the forecast: where what a search finds would be left to hits of a tiny lamp, under waves. Out of a hollow globe and at a
-    // cornea walks find nearly all.
+    // By the forecast: where what a search finds would be left to hits of a tiny lamp, under waves. Out of a hollow globe
+    // and at a cornea walks find nearly all.
     for (scene, search) in [("water_small", LAMP_SEARCH), ("figure4b_small", 0.0), ("eye", 0.0)] {
         let world = scene_of_this_repository(scene);
         let settings = common::settings(Integrator::Bdpt, 128, 1, 3);
