@@ -105,8 +105,14 @@ mutation("chain: squared indices in the étendue ratio", "src/transport/edge.rs"
 
 # Sample counts.
 mutation("t = 1: sample count in the weight", "src/transport/connect.rs",
-         "weight::connection(self.light_subpaths, 0.0, light_side)", "weight::connection(2.0, 0.0, light_side)",
+         "weight::connection(number, 0.0, light_side)", "weight::connection(2.0, 0.0, light_side)",
          ("weights", ""), ("agreement", "integrators_on_glossy"))
+mutation("next event: factor of the light image", "src/transport/connect.rs",
+         " * weight::light_image(index == 0);", ";", ("weights", ""), ("agreement", "integrators_on_glossy"))
+mutation("hit: factor of the light image", "src/transport/subpath.rs",
+         "light_image(index == 0 && record.sure)", "light_image(index == 0)", ("weights", ""))
+mutation("forecast: factor of the light image", "src/render/moments.rs",
+         "(1.0 - camera_only) / image;", "(1.0 - camera_only);", ("lib", "brought_back"))
 mutation("t = 1: samples per pass", "src/render/film.rs",
          "((*c + *l) * scale)", "((*c + *l * 0.9) * scale)", ("agreement", "integrators_on_glossy"))
 mutation("t = 1: importance of the film", "src/camera/mod.rs",
@@ -114,8 +120,8 @@ mutation("t = 1: importance of the film", "src/camera/mod.rs",
          "1.1 / (self.film_area * cos.powi(3) * f64::from(distance).powi(2))",
          ("agreement", "techniques_on_diffuse"))
 mutation("weights: sample count of connections", "src/transport/edge.rs",
-         "let mut technique = if edge.chain == 0 { 1.0 } else { 0.0 };",
-         "let mut technique = if edge.chain == 0 { 2.0 } else { 0.0 };", ("weights", ""), ("agreement", "integrators_on_glossy"))
+         "if edge.chain == 0 { (1.0, true) } else { (0.0, false) };",
+         "if edge.chain == 0 { (2.0, true) } else { (0.0, false) };", ("weights", ""), ("agreement", "integrators_on_glossy"))
 
 # Shading normals.
 mutation("connection: adjoint factor of the incident side", "src/transport/vertex.rs",
@@ -225,9 +231,9 @@ mutation("caustic: chain counted in the camera's own technique", "src/transport/
          "Departure::Camera => None,", "Departure::Camera => Some(Endpoint::Point(edge.origin)),",
          ("caustic", "camera_in_glass"))
 mutation("caustic: the paper's base case, the camera's technique counted behind glass", "src/transport/edge.rs",
-         "let mut technique = if edge.chain == 0 { 1.0 } else { 0.0 };",
+         "let (mut technique, mut sure) = if edge.chain == 0 {",
          "let camera = matches!(edge.departure, Departure::Camera);\n"
-         "        let mut technique = if edge.chain == 0 || camera { 1.0 } else { 0.0 };",
+         "        let (mut technique, mut sure) = if edge.chain == 0 || camera {",
          ("weights", "area_light"))
 mutation("caustic: roulette without its division", "src/transport/roulette.rs",
          "return attempt(1.0 / probability);", "return attempt(1.0);",

@@ -104,7 +104,7 @@ fn depth_limit_is_the_geometric_series() {
     let world = World::commit(&loaded.description, CommitOptions::default()).expect("a valid scene");
     for depth in [1, 2, 3, 6] {
         let known = [0.8f64, 0.5, 0.2].map(|albedo| 1.0 - albedo.powi(depth));
-        check(&format!("depth {depth}"), &world, depth as u32, 40, known, 0.0);
+        check(&format!("depth {depth}"), &world, depth as u32, 64, known, 0.0);
     }
 }
 

@@ -75,7 +75,7 @@ impl FullPath<'_> {
                     (None, None) => unreachable!(),
                 };
                 edges.push(match c.chain {
-                    None => (EdgeRecord::default(), w, -w),
+                    None => (EdgeRecord { sure: true, ..EdgeRecord::default() }, w, -w),
                     Some(chain) => {
                         // The camera's cosine is 1, as that of a light at a point or at infinity.
                         let cos_a = i.checked_sub(1).map_or(1.0, |k| vertices[k].cos_g(chain.first).into());
@@ -89,6 +89,7 @@ impl FullPath<'_> {
                             chain_probability: chain.probability,
                             etendue_ratio: chain.etendue_ratio(cos_a, cos_b),
                             technique: chain.presumed * chain.weight_inverse_jacobian / cos_b,
+                            sure: chain.smooth && chain.presumed == 1.0,
                             departure: chain.first,
                             ..EdgeRecord::default()
                         };
@@ -184,6 +185,8 @@ impl FullPath<'_> {
         if m == 1 {
             return vec![0.0, 1.0];
         }
+        // Direct light that next-event estimation finds for sure counts less in the light image.
+        let image = if m == 2 && self.edges[1].0.sure { 0.1 } else { 1.0 };
         let log_p: Vec<f64> = (0..=m)
             .map(|i| {
                 let technique = match i {
@@ -198,7 +201,7 @@ impl FullPath<'_> {
                 let camera_part: f64 = (1..=i).map(|j| forward(j).ln()).sum();
                 let light_part: f64 =
                     (i + 1..=m).map(|j| if i == m - 1 && j == m { light.direct.ln() } else { reverse(j).ln() }).sum();
-                let number: f64 = if i < m - 1 { self.light_subpaths } else { 1.0 };
+                let number = if i < m - 1 { self.light_subpaths } else { 1.0 } * if i == 0 { image } else { 1.0 };
                 number.ln() + technique.ln() + camera_part + light_part
             })
             .collect();

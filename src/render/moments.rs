@@ -14,6 +14,9 @@
 //! themselves add noise. If a share `q` of them is made, a path is found so much more seldom, counts `1/q` times, and
 //! weighs `q w / (q w + 1 - w)` instead of `w`.
 //!
+//! All this is of the balance heuristic. Where the weights are not its own, for direct light in the light image
+//! ([`light_image`]), a path counts with what it would have weighed by it.
+//!
 //! Errors are seen relative to what is around them. So are these: over the square of the radiance in a block of the
 //! picture, which the same samples estimate, so that a single bright path, whose block it has brightened,
 //! counts no more than that block.
@@ -22,6 +25,8 @@ use crate::integrator::bdpt::View;
 use crate::integrator::{Contribution, Observer};
 use crate::transport::aim::departures;
 use crate::transport::options::LAMP_SEARCH;
+use crate::transport::vertex::on_path;
+use crate::transport::weight::light_image;
 use std::collections::BTreeMap;
 
 /// Numbers of light subpaths per sample that are chosen from. More than one seldom brings anything: with 2 and 4 the error
@@ -192,6 +197,21 @@ pub(super) fn relative<'g>(groups: impl Iterator<Item = &'g Paths<'g>> + Clone) 
     groups.map(group).collect()
 }
 
+/// The factor of the light image in the weights of a path.
+fn image(c: &Contribution) -> f64 {
+    let hit = c.hit.map(|hit| hit.edge.sure);
+    let last = hit.or(c.chain.filter(|_| c.s == 1).map(|chain| chain.sure()));
+    let sure = last.or(c.light.last().map(|vertex| vertex.edge.sure)).unwrap_or(true);
+    light_image(sure && on_path(c.camera).count() + on_path(c.light).count() == 1)
+}
+
+/// The weight by the balance heuristic over that which a path has from a technique, and the weight by it of those that
+/// need no light subpath. A path with a factor has one other, the light image.
+fn balanced(camera_only: f64, image: f64, in_image: bool) -> (f64, f64) {
+    let densities = camera_only + (1.0 - camera_only) / image;
+    (1.0 / (densities * if in_image { image } else { 1.0 }), camera_only / densities)
+}
+
 /// The block of row or column `i` of `n`.
 fn along(i: u32, n: u32) -> usize {
     (u64::from(i) * u64::from(BLOCKS.min(n)) / u64::from(n)) as usize
@@ -210,10 +230,11 @@ impl Observer for Paths<'_> {
             () => Light::Reflected,
         };
         if light == Light::Caustic || !self.caustics_only {
+            let (share, camera_only) = balanced(c.camera_only, image(c), c.t == 1);
             let path = Path {
-                added: added.into(),
-                weight: c.weight,
-                camera_only: c.camera_only,
+                added: f64::from(added) * share,
+                weight: c.weight * share,
+                camera_only,
                 light,
                 connected: c.chain.is_some(),
                 retried: c.chain.is_some_and(|chain| chain.retried),
@@ -256,6 +277,19 @@ mod tests {
             paths.add(pixel, &path, std::iter::once((3, path.plain)));
         }
         relative(std::iter::once(&paths)).remove(0)
+    }
+
+    #[test]
+    fn weights_with_a_factor_are_brought_back_to_those_of_the_balance_heuristic() {
+        let ([hit, next_event, splat], image) = ([0.3, 2.0, 5.0], 0.1);
+        let (factored, balance) = (hit + next_event + image * splat, hit + next_event + splat);
+        let camera_only = (hit + next_event) / factored;
+        for (own, in_image) in [(hit, false), (next_event, false), (splat, true)] {
+            let weight = own * if in_image { image } else { 1.0 } / factored;
+            let (share, without_light_subpath) = balanced(camera_only, image, in_image);
+            assert!((weight * share - own / balance).abs() < 1e-12);
+            assert!((without_light_subpath - (hit + next_event) / balance).abs() < 1e-12);
+        }
     }
 
     #[test]

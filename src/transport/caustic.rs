@@ -62,6 +62,8 @@ pub struct CausticEdge {
     /// Probability that a subpath scatters along the chain, toward the light and toward the camera, see
     /// [`super::vertex::EdgeRecord::chain_probability`].
     pub probability: [f64; 2],
+    /// Whether all of its interfaces are smooth.
+    pub smooth: bool,
     /// Whether it was found from another start than the straight segment.
     pub retried: bool,
     /// Whether a search found it.
@@ -83,6 +85,12 @@ impl CausticEdge {
     #[inline]
     fn leaves_like(&self, first: Vec3, last: Vec3, angle: f32) -> bool {
         self.first.distance(first) < angle && self.last.distance(last) < angle
+    }
+
+    /// See [`super::vertex::EdgeRecord::sure`].
+    #[inline]
+    pub fn sure(&self) -> bool {
+        self.smooth && self.presumed == 1.0
     }
 
     /// `n_a² kappa cos_a / (n_b² cos_b)`: the reverse Jacobian over the forward one, in the weights.
@@ -166,6 +174,7 @@ impl Tracer<'_> {
             index_ratio,
             transmittance: Rgb::splat(chain.transmittance as f32),
             probability: chain.density,
+            smooth: seen.rough().next().is_none(),
             retried: false,
             searched: false,
             attempt: 1.0,

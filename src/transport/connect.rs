@@ -7,7 +7,7 @@
 use super::caustic::CausticEdge;
 use super::experience::Place;
 use super::sight::Sight;
-use super::vertex::{LightVertex, Vertex};
+use super::vertex::LightVertex;
 use super::{Tracer, weight};
 use crate::camera::{Camera, Endpoint};
 use crate::emitter::LightDensities;
@@ -86,7 +86,7 @@ impl Tracer<'_> {
         let world = self.world;
         let a = self.camera_vertices[index];
         let (u_light, u) = (sampler.next_1d(), sampler.next_2d());
-        let regular = self.regular_next_event(&a, u_light, u);
+        let regular = self.regular_next_event(index, u_light, u);
         if self.caustics {
             let (light, at, direct) = self.lights.sample_vertex(&world.shapes, a.at.p, u_light, u)?;
             let from = Endpoint::Surface(a.at);
@@ -102,7 +102,7 @@ impl Tracer<'_> {
                     }
                     Sight::Refracted(mut seen) if a.segments + seen.segments() <= self.max_depth => {
                         let chains = self.connect_chains(&from, &at, &mut seen).into_iter().flatten();
-                        let join = |c| self.caustic_next_event(&a, light, at, direct, &c, attempt.scale);
+                        let join = |c| self.caustic_next_event(index, light, at, direct, &c, attempt.scale);
                         chains.filter_map(join).last()
                     }
                     Sight::Blocked | Sight::Refracted(_) => None,
@@ -120,8 +120,8 @@ impl Tracer<'_> {
 
     /// Next-event estimation along the straight line, if that is free: the ray.
     #[inline]
-    fn regular_next_event(&self, a: &Vertex, u_light: f32, u: Vec2) -> Option<(Joined, LightVertex, Ray)> {
-        let world = self.world;
+    fn regular_next_event(&self, index: usize, u_light: f32, u: Vec2) -> Option<(Joined, LightVertex, Ray)> {
+        let (world, a) = (self.world, &self.camera_vertices[index]);
         let light = self.lights.sample_direct(&world.shapes, a.at.p, u_light, u)?;
         let scattering = self.evaluate(a, light.wi, TransportMode::Radiance);
         let mut value = a.beta * scattering.f * a.cos_s(light.wi) * light.incident;
@@ -148,7 +148,7 @@ impl Tracer<'_> {
         }
         let d = &light.densities;
         let remainder = a.partial.at(scattering.pdf_reverse as f64);
-        let emission = d.position * d.direction * to_a * remainder;
+        let emission = d.position * d.direction * to_a * remainder * weight::light_image(index == 0);
         let hit = if d.hittable { scattering.pdf as f64 * to_light } else { 0.0 };
         let weight = weight::next_event(1.0, d.direct, emission, hit);
         let camera_only = weight * (1.0 + hit / d.direct);
@@ -280,8 +280,9 @@ impl Tracer<'_> {
             value *= world.transmittance(medium, (seen.target - b.at.p).length());
         }
         let light_side = forward * b.partial.at(scattering.pdf_reverse as f64);
-        let weight = weight::connection(self.light_subpaths, 0.0, light_side);
-        let camera_only = weight * forward * b.camera_only.at(scattering.pdf_reverse as f64) / self.light_subpaths;
+        let number = self.light_subpaths * weight::light_image(j == 0 && b.edge.sure);
+        let weight = weight::connection(number, 0.0, light_side);
+        let camera_only = weight * forward * b.camera_only.at(scattering.pdf_reverse as f64) / number;
         let joined = Joined { raster: seen.raster, ..Joined::regular(value, weight, camera_only) };
         Some((joined, Ray::to_point(&b.at, seen.target)))
     }
@@ -289,14 +290,14 @@ impl Tracer<'_> {
     /// Next-event estimation through glass: manifold next-event estimation (Hanika et al. 2015).
     fn caustic_next_event(
         &mut self,
-        a: &Vertex,
+        index: usize,
         light: u32,
         at: Endpoint,
         direct: f64,
         chain: &CausticEdge,
         attempt: f32,
     ) -> Option<LightVertex> {
-        let world = self.world;
+        let (world, a) = (self.world, &self.camera_vertices[index]);
         let emitted = self.lights.emitted(light, &at, chain.last);
         let scattering = self.evaluate(a, chain.first, TransportMode::Radiance);
         let radiance = emitted * chain.transmittance * chain.index_ratio as f32;
@@ -310,7 +311,8 @@ impl Tracer<'_> {
             Endpoint::Surface(y) => f64::from(y.ng.dot(chain.last).abs()),
             Endpoint::Point(_) | Endpoint::Infinite(_) => 1.0,
         };
-        let remainder = a.partial.at(f64::from(scattering.pdf_reverse));
+        let image = weight::light_image(index == 0 && chain.sure());
+        let remainder = a.partial.at(f64::from(scattering.pdf_reverse)) * image;
         let [toward_light, toward_camera] = chain.probability;
         let emission = densities.position * densities.direction * toward_camera * chain.etendue_ratio(cos_a, cos_b);
         let hit = if densities.hittable { f64::from(scattering.pdf) * toward_light } else { 0.0 };
@@ -361,7 +363,8 @@ impl Tracer<'_> {
         let forward = density * chain.probability[0];
         let light_side = forward * b.partial.at(f64::from(at_b.pdf_reverse));
         let camera_only = forward * b.camera_only.at(f64::from(at_b.pdf_reverse));
-        let joined = Joined::caustic(value, cos_b, self.light_subpaths, light_side, camera_only, chain);
+        let number = self.light_subpaths * weight::light_image(j == 0 && b.edge.sure);
+        let joined = Joined::caustic(value, cos_b, number, light_side, camera_only, chain);
         self.joined.push(Joined { raster: seen.raster, ..joined.attempted(attempt * chain.attempt) });
     }
 }

@@ -91,6 +91,7 @@ impl OpenEdge {
             chain_probability: [along, against],
             etendue_ratio: 0.0,
             technique: 1.0,
+            sure: self.chain == 0,
             departure: self.direction,
         };
         let forward = self.forward * along;
@@ -195,13 +196,13 @@ impl Tracer<'_> {
         count: f64,
         wo: &mut Vec3,
     ) -> (Partial, Partial, EdgeRecord) {
-        let mut technique = if edge.chain == 0 { 1.0 } else { 0.0 };
+        let (mut technique, mut sure) = if edge.chain == 0 { (1.0, true) } else { (0.0, false) };
         if edge.chain > 0 && count > 0.0 && self.caustics && edge.refracted && edge.chain as usize <= MAX_CHAIN {
-            technique = self.confirm_edge(edge, walk, end, at, wo);
+            (technique, sure) = self.confirm_edge(edge, walk, end, at, wo);
         }
         let (forward, reverse_geometry, mut record) =
             edge.densities(self.world, self.options.geometry_term, walk.mode, end);
-        record.technique = technique;
+        (record.technique, record.sure) = (technique, sure);
         let (remainder, camera_only) = (edge.remainder, edge.camera_only);
         let (edge, camera_only) = match (&edge.departure, &self.light_start) {
             (Departure::Light, Some(start)) => {
@@ -233,7 +234,7 @@ impl Tracer<'_> {
     }
 
     /// The consistency check: `1/J` if `S(camera side, light side)` is the sampled chain, a share of it if a search
-    /// might find it, else 0.
+    /// might find it, else 0; and whether it is [`EdgeRecord::sure`].
     fn confirm_edge(
         &mut self,
         edge: &mut OpenEdge,
@@ -241,15 +242,15 @@ impl Tracer<'_> {
         end: &mut EdgeEnd,
         at: &Endpoint,
         wo: &mut Vec3,
-    ) -> f64 {
+    ) -> (f64, bool) {
         let mode = walk.mode;
-        let Some(start) = self.start_of(edge, mode) else { return 0.0 };
+        let Some(start) = self.start_of(edge, mode) else { return (0.0, false) };
         let cos_b = |edge: &OpenEdge, end: &EdgeEnd| match mode {
             TransportMode::Radiance => end.cos,
             TransportMode::Importance => edge.cos,
         };
         if self.options.check == Check::Off {
-            return direct_inverse_jacobian(&start, at) / cos_b(edge, end);
+            return (direct_inverse_jacobian(&start, at) / cos_b(edge, end), true);
         }
         // Copies: the chain may go on from here.
         let (mut shapes, mut microfacets) = (edge.shapes, self.microfacets);
@@ -262,7 +263,7 @@ impl Tracer<'_> {
                 self.confirm(at, &start, shapes, microfacets, *wo, edge.direction)
             }
         };
-        let Some(found) = found else { return 0.0 };
+        let Some(found) = found else { return (0.0, false) };
         if self.options.check == Check::Exact {
             let (departure, arrival) = match mode {
                 TransportMode::Radiance => (found.first, found.last),
@@ -280,6 +281,6 @@ impl Tracer<'_> {
                 TransportMode::Importance => [toward_camera, toward_light],
             };
         }
-        found.presumed * found.weight_inverse_jacobian / cos_b(edge, end)
+        (found.presumed * found.weight_inverse_jacobian / cos_b(edge, end), found.sure())
     }
 }

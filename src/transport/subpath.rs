@@ -10,7 +10,7 @@ use super::experience::{Experience, Trial};
 use super::options::CausticOptions;
 use super::vertex::{EdgeRecord, LightVertex, Vertex};
 use super::walk_count::WalkCount;
-use super::weight::{Partial, emitter_hit};
+use super::weight::{Partial, emitter_hit, light_image};
 use crate::camera::{Camera, Endpoint};
 use crate::emitter::Lights;
 use crate::geometry::ray::segment;
@@ -504,8 +504,10 @@ impl<'w> Tracer<'w> {
     ) {
         // A light that the camera sees directly, or through a chain, is left to s = 0 alone.
         let (weight, camera_only) = match edge.departure {
-            Departure::Vertex { .. } => {
+            Departure::Vertex { index, .. } => {
                 let d = &light.densities;
+                let gamma = partial.gamma * light_image(index == 0 && record.sure);
+                let partial = Partial { gamma, ..partial };
                 let weight = emitter_hit(partial, d.direct, d.position, d.direction);
                 (weight, weight * (1.0 + d.direct * partial.alpha))
             }

@@ -100,6 +100,8 @@ pub struct EdgeRecord {
     /// What stands for the technique across a chain: `cos_b / J` where a connection would find the
     /// chain, a share of it where a search might, 0 where neither would. (In units of `1/J`, so that a caustic's infinite `J` is a zero.)
     pub technique: f64,
+    /// Whether a connection finds the same again for sure: no chain, or a smooth one that takes no search.
+    pub sure: bool,
     /// Direction in which the path left the old vertex.
     pub departure: Vec3,
 }
