@@ -19,6 +19,7 @@ ln -sf "libcaustica.so.$major" "$lib/libcaustica.so"
 module=$BUILT/libcaustica_oiio.so
 [ ! -e "$module" ] || install -D -m 755 "$module" "$lib/caustica/libcaustica_oiio.so"
 install -D -m 644 -t "$pre/share/doc/caustica" README.md CHANGELOG.md LICENSE-MIT LICENSE-APACHE
+scripts/notices.sh >"$pre/share/doc/caustica/THIRD-PARTY.txt"
 
 # Relative to the files themselves, so that the installation can be moved as a whole.
 mkdir -p "$lib/pkgconfig" "$lib/cmake/caustica"
