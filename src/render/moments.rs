@@ -3,19 +3,21 @@
 //! It can be read off the weights. A path of value `f` that all techniques together sample with density `p`, of which
 //! some have the share `w`, adds `f²/p` to the second moment of the balance heuristic. If these sampled it `r` times
 //! as often, it would add `f²/(p (1 - w + r w))`; without caustic connections `r = 0`, without aim it is the ratio of
-//! the densities of what the light subpath drew, with fewer light subpaths their number. So sums over the samples of
-//! all techniques estimate second moments of renders that are never made (compare Grittmann et al. 2022). For
-//! connections, other starts and aim, `w` is that of the one technique that made the path, which errs on the side of
-//! leaving out; for the number of light subpaths it is that of all that need one. (Rough glass that is walked
-//! through would be evaluated instead, which the estimate does not know.)
+//! the densities of what the light subpath drew. So sums over the samples of all techniques estimate second moments of
+//! renders that are never made (compare Grittmann et al. 2022). `w` is that of the one technique that made the path, which
+//! errs on the side of leaving out. (Rough glass that is walked through would be evaluated instead, which the estimate does
+//! not know.)
+//!
+//! With `r` times as many light subpaths, all techniques that need one have `r` times their density, in any weights: what
+//! a path adds is divided by `1 - w + r w`, `w` the share of these techniques, and those that they made are so many fewer.
 //!
 //! What a search found after `n` attempts counts `n` times, and has its weight by a presumed probability `c`: it is one of
 //! `n c` that the weights know of, so that the others alone would add `1/(n c)` of what `f²/(p (1 - w))` says. Searches
 //! themselves add noise. If a share `q` of them is made, a path is found so much more seldom, counts `1/q` times, and
 //! weighs `q w / (q w + 1 - w)` instead of `w`.
 //!
-//! All this is of the balance heuristic. Where the weights are not its own, for direct light in the light image
-//! ([`light_image`]), a path counts with what it would have weighed by it.
+//! All but the number of light subpaths is told for the balance heuristic. Where the weights are not its own, for direct
+//! light in the light image ([`light_image`]), a path counts with what it would have weighed by it.
 //!
 //! Errors are seen relative to what is around them. So are these: over the square of the radiance in a block of the
 //! picture, which the same samples estimate, so that a single bright path, whose block it has brightened,
@@ -70,10 +72,12 @@ impl Moments {
             Light::Direct => return,
         };
         let divided = |added: f64, remaining: f64| added / remaining.max(1.0 / MOST);
-        let added = path.added * path.added;
         for (sum, number) in by_number.iter_mut().zip(NUMBERS) {
-            *sum += divided(added, path.camera_only + number * (1.0 - path.camera_only));
+            let densities = path.camera_only + number * (1.0 - path.camera_only);
+            let drawn = if path.by_light { number } else { 1.0 };
+            *sum += drawn * (path.weighted / densities).powi(2);
         }
+        let added = path.added * path.added;
         if path.light != Light::Caustic {
             return;
         }
@@ -120,9 +124,13 @@ enum Light {
 /// A path that a technique made.
 struct Path {
     /// What it adds to the image.
+    weighted: f64,
+    /// Weight of the techniques that need no light subpath, of which its own may be none.
+    camera_only: f64,
+    by_light: bool,
+    /// What it would add by the balance heuristic, and its weight by that.
     added: f64,
     weight: f64,
-    camera_only: f64,
     light: Light,
     connected: bool,
     /// Whether its chain was found from another start.
@@ -167,7 +175,7 @@ impl Paths<'_> {
 
     fn add(&mut self, pixel: u32, path: &Path, departures: impl Iterator<Item = (usize, f64)>) {
         let block = self.block(pixel);
-        self.blocks[block][0] += path.added;
+        self.blocks[block][0] += path.weighted;
         self.moments[block].add(path, departures);
     }
 }
@@ -205,11 +213,11 @@ fn image(c: &Contribution) -> f64 {
     light_image(sure && on_path(c.camera).count() + on_path(c.light).count() == 1)
 }
 
-/// The weight by the balance heuristic over that which a path has from a technique, and the weight by it of those that
-/// need no light subpath. A path with a factor has one other, the light image.
-fn balanced(camera_only: f64, image: f64, in_image: bool) -> (f64, f64) {
+/// The weight by the balance heuristic over that which a path has from a technique. A path with a factor has but one
+/// that needs a light subpath, the light image.
+fn balanced(camera_only: f64, image: f64, in_image: bool) -> f64 {
     let densities = camera_only + (1.0 - camera_only) / image;
-    (1.0 / (densities * if in_image { image } else { 1.0 }), camera_only / densities)
+    1.0 / (densities * if in_image { image } else { 1.0 })
 }
 
 /// The block of row or column `i` of `n`.
@@ -230,11 +238,13 @@ impl Observer for Paths<'_> {
             () => Light::Reflected,
         };
         if light == Light::Caustic || !self.caustics_only {
-            let (share, camera_only) = balanced(c.camera_only, image(c), c.t == 1);
+            let share = balanced(c.camera_only, image(c), c.t == 1);
             let path = Path {
+                weighted: added.into(),
+                camera_only: c.camera_only,
+                by_light: c.s > 1,
                 added: f64::from(added) * share,
                 weight: c.weight * share,
-                camera_only,
                 light,
                 connected: c.chain.is_some(),
                 retried: c.chain.is_some_and(|chain| chain.retried),
@@ -265,9 +275,11 @@ mod tests {
         for pixel in 0..width * height {
             let connected = pixel % 2 == 0;
             let path = Path {
+                weighted: if pixel == 777 { brightest } else { 1.0 },
+                camera_only: 0.6,
+                by_light: connected,
                 added: if pixel == 777 { brightest } else { 1.0 },
                 weight: 0.5,
-                camera_only: 0.6,
                 light,
                 connected,
                 retried: pixel % 4 == 0,
@@ -280,15 +292,14 @@ mod tests {
     }
 
     #[test]
-    fn weights_with_a_factor_are_brought_back_to_those_of_the_balance_heuristic() {
+    fn weights_are_brought_back_to_the_balance_heuristic() {
         let ([hit, next_event, splat], image) = ([0.3, 2.0, 5.0], 0.1);
         let (factored, balance) = (hit + next_event + image * splat, hit + next_event + splat);
         let camera_only = (hit + next_event) / factored;
         for (own, in_image) in [(hit, false), (next_event, false), (splat, true)] {
             let weight = own * if in_image { image } else { 1.0 } / factored;
-            let (share, without_light_subpath) = balanced(camera_only, image, in_image);
+            let share = balanced(camera_only, image, in_image);
             assert!((weight * share - own / balance).abs() < 1e-12);
-            assert!((without_light_subpath - (hit + next_event) / balance).abs() < 1e-12);
         }
     }
 
@@ -313,7 +324,8 @@ mod tests {
         assert!((m.unaimed / m.all - (1.0 / 0.625 - 1.0)).abs() < 1e-9, "a quarter of a half of it");
         assert_eq!(m.unaimed_from, BTreeMap::from([(3, m.unaimed)]));
         let [caustics, others] = m.by_number;
-        assert!((caustics[3] / caustics[0] - 1.0 / (0.6 + 0.4 / 8.0)).abs() < 1e-9, "an eighth of 0.4 of it");
+        let fewer = (1.0 + 1.0 / 8.0) / 2.0 / f64::powi(0.6 + 0.4 / 8.0, 2);
+        assert!((caustics[3] / caustics[0] - fewer).abs() < 1e-9, "an eighth of 0.4 of it, and of half of the paths");
         assert_eq!(others, [0.0; 4]);
     }
 
