@@ -263,6 +263,12 @@ impl Tracer<'_> {
         }
     }
 
+    /// `a_0` of a path whose light subpath ends at its vertex `j`.
+    #[inline]
+    fn light_images(&self, j: usize) -> f64 {
+        self.light_subpaths * weight::light_image(j == 0 && self.light_vertices[j].edge.sure)
+    }
+
     /// Connection with the camera along the straight line, if that is free: the ray.
     #[inline]
     fn regular_to_camera(&self, camera: &Camera, j: usize) -> Option<(Joined, Ray)> {
@@ -280,7 +286,7 @@ impl Tracer<'_> {
             value *= world.transmittance(medium, (seen.target - b.at.p).length());
         }
         let light_side = forward * b.partial.at(scattering.pdf_reverse as f64);
-        let number = self.light_subpaths * weight::light_image(j == 0 && b.edge.sure);
+        let number = self.light_images(j);
         let weight = weight::connection(number, 0.0, light_side);
         let camera_only = weight * forward * b.camera_only.at(scattering.pdf_reverse as f64) / number;
         let joined = Joined { raster: seen.raster, ..Joined::regular(value, weight, camera_only) };
@@ -363,7 +369,7 @@ impl Tracer<'_> {
         let forward = density * chain.probability[0];
         let light_side = forward * b.partial.at(f64::from(at_b.pdf_reverse));
         let camera_only = forward * b.camera_only.at(f64::from(at_b.pdf_reverse));
-        let number = self.light_subpaths * weight::light_image(j == 0 && b.edge.sure);
+        let number = self.light_images(j);
         let joined = Joined::caustic(value, cos_b, number, light_side, camera_only, chain);
         self.joined.push(Joined { raster: seen.raster, ..joined.attempted(attempt * chain.attempt) });
     }

@@ -22,11 +22,8 @@
 
 /// Direct light in the light image counts so much of its density, where next-event estimation finds it for sure. The
 /// balance heuristic minimises second moments; of next-event estimation, whose samples in a pixel are alike and evenly
-/// spread, the variance is a small part of that, of splats nearly all (Grittmann et al. 2019). Measured (16 samples; error
-/// with 1, over that with 0.3, 0.1, 0.03), outside the caustics: water 1.7, 1.8, 1.8; window 1.5, 1.6, 1.6; demo 1.2, 1.2,
-/// 1.2; glass_sphere 1.1 with all; in them: figure4b 1.33, 1.38, 1.37; demo 0.99, 0.99, 0.98. For longer paths, too, it
-/// costs more in the caustics (demo 0.9, 0.6, 0.3) than it brings elsewhere; through rough glass, where microfacets are drawn
-/// for each path, it costs 0.8, 0.7, 0.7 in the caustics of frosted.
+/// spread, the variance is a small part of that, of splats nearly all (Grittmann et al. 2019). Measured in
+/// docs/decisions/0006: 0.3 brings less, 0.03 no more; for longer paths and through rough glass it costs.
 const DIRECT_IMAGE: f64 = 0.1;
 
 /// Factor of `a_0`, a function of the path: whether it is direct light, `m = 2`, whose last macro-edge is
