@@ -111,6 +111,9 @@ mutation("next event: factor of the light image", "src/transport/connect.rs",
          " * weight::light_image(index == 0);", ";", ("weights", ""), ("agreement", "integrators_on_glossy"))
 mutation("hit: factor of the light image", "src/transport/subpath.rs",
          "light_image(index == 0 && record.sure)", "light_image(index == 0)", ("weights", ""))
+mutation("no check: factor of the light image", "src/transport/edge.rs",
+         "let smooth = |shape: &u32| self.bsdf(*shape).walked_refraction().is_some_and(|r| r.alpha == 0.0);",
+         "let smooth = |_: &u32| true;", ("weights", ""))
 mutation("forecast: factor of the light image", "src/render/moments.rs",
          "(1.0 - camera_only) / image;", "(1.0 - camera_only);", ("lib", "brought_back"))
 mutation("t = 1: samples per pass", "src/render/film.rs",

@@ -17,7 +17,7 @@ use caustica::scatter::{Bsdf, TransportMode};
 use caustica::scene::World;
 use caustica::scene::description::*;
 use caustica::transport::aim::{Aimed, glass};
-use caustica::transport::options::{CausticOptions, GeometryTerm, MOST_SEEDS};
+use caustica::transport::options::{self, CausticOptions, GeometryTerm, MOST_SEEDS};
 use caustica::transport::roulette::Roulette;
 use caustica::transport::vertex::{EdgeRecord, on_path};
 use caustica::transport::{Tracer, Vertex};
@@ -91,6 +91,7 @@ impl FullPath<'_> {
                             technique: chain.presumed * chain.weight_inverse_jacobian / cos_b,
                             sure: chain.smooth && chain.presumed == 1.0,
                             departure: chain.first,
+                            shapes: chain.shapes,
                             ..EdgeRecord::default()
                         };
                         (record, chain.first, chain.last)
@@ -100,6 +101,12 @@ impl FullPath<'_> {
         }
         for y in on_path(c.light).rev() {
             edges.push((y.edge, y.wo, y.edge.departure));
+        }
+        // No chain with an interface that is rough is found again for sure.
+        for (record, ..) in edges.iter().filter(|(record, ..)| record.sure) {
+            let bsdf = |shape: &u32| &bsdfs[world.shape_material[*shape as usize] as usize];
+            let mut crossed = record.shapes.iter().take(record.chain as usize).map(bsdf);
+            assert!(crossed.all(|bsdf| bsdf.walked_refraction().is_some_and(|r| r.alpha == 0.0)), "{record:?}");
         }
         FullPath { world, bsdfs, lights, aim, light_subpaths, camera, vertices, edges, light: c.start }
     }
@@ -428,6 +435,7 @@ fn caustic_options() {
             ("searches", CausticOptions { search: Some(1.0), ..default }),
             ("direct term, searches", CausticOptions { search: Some(0.3), ..direct }),
             ("no searches", CausticOptions { search: Some(0.0), ..default }),
+            ("direct term, no check", CausticOptions { check: options::Check::Off, ..direct }),
             ("no roulette", CausticOptions { roulette: Roulette::Off, ..default }),
             ("roulette by lengths", CausticOptions { roulette: Roulette::Lengths, ..default }),
         ] {

@@ -250,7 +250,9 @@ impl Tracer<'_> {
             TransportMode::Importance => edge.cos,
         };
         if self.options.check == Check::Off {
-            return (direct_inverse_jacobian(&start, at) / cos_b(edge, end), true);
+            let smooth = |shape: &u32| self.bsdf(*shape).walked_refraction().is_some_and(|r| r.alpha == 0.0);
+            let sure = edge.shapes[..edge.chain as usize].iter().all(smooth);
+            return (direct_inverse_jacobian(&start, at) / cos_b(edge, end), sure);
         }
         // Copies: the chain may go on from here.
         let (mut shapes, mut microfacets) = (edge.shapes, self.microfacets);
