@@ -114,6 +114,9 @@ mutation("hit: factor of the light image", "src/transport/subpath.rs",
 mutation("no check: factor of the light image", "src/transport/edge.rs",
          "let smooth = |shape: &u32| self.bsdf(*shape).walked_refraction().is_some_and(|r| r.alpha == 0.0);",
          "let smooth = |_: &u32| true;", ("weights", ""))
+mutation("few steps: density of the camera across a chain", "src/transport/edge.rs",
+         "self.leave(edge, walk, departure, None, at.position());\n        if exact {",
+         "if exact {\n            self.leave(edge, walk, departure, None, at.position());", ("weights", ""))
 mutation("forecast: factor of the light image", "src/render/moments.rs",
          "(1.0 - camera_only) / image;", "(1.0 - camera_only);", ("lib", "brought_back"))
 mutation("t = 1: samples per pass", "src/render/film.rs",

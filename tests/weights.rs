@@ -435,6 +435,7 @@ fn caustic_options() {
             ("searches", CausticOptions { search: Some(1.0), ..default }),
             ("direct term, searches", CausticOptions { search: Some(0.3), ..direct }),
             ("no searches", CausticOptions { search: Some(0.0), ..default }),
+            ("direct term, few steps", CausticOptions { check: options::Check::Few, ..direct }),
             ("direct term, no check", CausticOptions { check: options::Check::Off, ..direct }),
             ("no roulette", CausticOptions { roulette: Roulette::Off, ..default }),
             ("roulette by lengths", CausticOptions { roulette: Roulette::Lengths, ..default }),

@@ -252,6 +252,7 @@ impl Tracer<'_> {
         if self.options.check == Check::Off {
             let smooth = |shape: &u32| self.bsdf(*shape).walked_refraction().is_some_and(|r| r.alpha == 0.0);
             let sure = edge.shapes[..edge.chain as usize].iter().all(smooth);
+            self.leave(edge, walk, edge.direction, None, at.position());
             return (direct_inverse_jacobian(&start, at) / cos_b(edge, end), sure);
         }
         // Copies: the chain may go on from here.
@@ -266,12 +267,14 @@ impl Tracer<'_> {
             }
         };
         let Some(found) = found else { return (0.0, false) };
-        if self.options.check == Check::Exact {
-            let (departure, arrival) = match mode {
-                TransportMode::Radiance => (found.first, found.last),
-                TransportMode::Importance => (found.last, found.first),
-            };
-            self.leave(edge, walk, departure, None, at.position());
+        let exact = self.options.check == Check::Exact;
+        let (departure, arrival) = match mode {
+            _ if !exact => (edge.direction, *wo),
+            TransportMode::Radiance => (found.first, found.last),
+            TransportMode::Importance => (found.last, found.first),
+        };
+        self.leave(edge, walk, departure, None, at.position());
+        if exact {
             if let Endpoint::Surface(at) = at {
                 end.cos = f64::from(at.ng.dot(arrival).abs());
             }
