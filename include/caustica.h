@@ -427,8 +427,8 @@ typedef struct caustica_caustic_options {
     float aim;                /* share of what light subpaths draw that is aimed at glass, for BDPT and light tracing, up
                                  to 0.95; 0: for BDPT 0.5 where it is forecast to pay; less than 0: none */
     float light_subpaths;     /* of BDPT per sample, 0.001 to 64; 0: 1, or fewer where it is forecast to pay */
-    uint32_t walk_iterations; /* most steps of a walk; 0: 64 to lights that cannot be hit, else 24 */
-    double walk_tolerance;    /* largest deviation from Snell's law, radians, at most 1e-5; 0: 1e-8 */
+    uint32_t walk_iterations; /* most steps of a walk, at most 4096; 0: 64 to lights that cannot be hit, else 24 */
+    double walk_tolerance;    /* largest deviation from Snell's law, radians, 1e-13 to 1e-5; 0: 1e-8 */
 } caustica_caustic_options;
 
 typedef struct caustica_render_desc {

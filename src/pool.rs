@@ -10,9 +10,17 @@ pub fn thread_count(requested: usize) -> usize {
     }
 }
 
-/// Runs `work` once on each of `threads` workers and waits for all of them. A panic of a worker comes
-/// back as its message.
-pub fn broadcast(threads: usize, work: impl Fn(usize) + Sync) -> Result<(), String> {
+/// Why work was not done.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Failed {
+    /// The system gave no more threads, and why.
+    Threads(String),
+    /// A worker panicked, with this message.
+    Panic(String),
+}
+
+/// Runs `work` once on each of `threads` workers and waits for all of them.
+pub fn broadcast(threads: usize, work: impl Fn(usize) + Sync) -> Result<(), Failed> {
     let outcome = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
         rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
@@ -26,11 +34,11 @@ pub fn broadcast(threads: usize, work: impl Fn(usize) + Sync) -> Result<(), Stri
                     pool.broadcast(|context| work(context.index()));
                 },
             )
-            .map_err(|error| error.to_string())
+            .map_err(|error| Failed::Threads(error.to_string()))
     }));
     match outcome {
         Ok(result) => result,
-        Err(payload) => Err(panic_message(&*payload)),
+        Err(payload) => Err(Failed::Panic(panic_message(&*payload))),
     }
 }
 

@@ -108,9 +108,13 @@ mutation("t = 1: sample count in the weight", "src/transport/connect.rs",
          "weight::connection(number, 0.0, light_side)", "weight::connection(2.0, 0.0, light_side)",
          ("weights", ""), ("agreement", "integrators_on_glossy"))
 mutation("next event: factor of the light image", "src/transport/connect.rs",
-         " * weight::light_image(index == 0);", ";", ("weights", ""), ("agreement", "integrators_on_glossy"))
+         " * weight::light_image(a.first);", ";", ("weights", ""), ("agreement", "integrators_on_glossy"))
 mutation("hit: factor of the light image", "src/transport/subpath.rs",
-         "light_image(index == 0 && record.sure)", "light_image(index == 0)", ("weights", ""))
+         "light_image(self.camera_vertices[index].first && record.sure)", "light_image(self.camera_vertices[index].first)",
+         ("weights", ""))
+mutation("t = 1: direct light by the number of vertices", "src/transport/connect.rs",
+         "weight::light_image(vertex.first && vertex.edge.sure)", "weight::light_image(j == 0 && vertex.edge.sure)",
+         ("weights", ""))
 mutation("no check: factor of the light image", "src/transport/edge.rs",
          "let smooth = |shape: &u32| self.bsdf(*shape).walked_refraction().is_some_and(|r| r.alpha == 0.0);",
          "let smooth = |_: &u32| true;", ("weights", ""))

@@ -350,6 +350,19 @@ fn room(lights: impl Fn(&mut Builder), with_glass: bool, projection: Projection)
         b.mesh(common::icosphere(0.4, 2, true), glass, glam::DAffine3::from_translation(DVec3::new(0.0, 0.4, 0.9)));
         let frosted = b.glass(1.4, 0.5);
         b.sphere(DVec3::new(-0.3, 1.3, -0.6), 0.4, frosted);
+        // Light that refracts smoothly here goes past vertices that are no part of its path.
+        let milky = b.material(Scattering::MetallicRoughness(MetallicRoughness {
+            base_color: Rgb::splat(0.8),
+            metallic: 0.0,
+            roughness: 0.0,
+            ior: 1.5,
+            specular: 0.0,
+            specular_color: Rgb::ONE,
+            transmission: 0.5,
+            solid: true,
+            absorption: Rgb::ZERO,
+        }));
+        b.sphere(DVec3::new(-1.1, 0.4, 1.0), 0.3, milky);
         let sheet = b.material(Scattering::ThinDielectric { ior: 1.5, roughness: 0.4, tint: Rgb::ONE });
         b.quad(Vec3::new(-1.6, 0.2, 1.0), Vec3::X * 0.8, Vec3::Y * 1.2, sheet);
         let walked = b.walked_glass(1.4, 0.4);

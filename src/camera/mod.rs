@@ -133,21 +133,38 @@ impl Camera {
     #[inline]
     pub fn connect(&self, p: Vec3) -> Option<CameraConnection> {
         let v = p.as_dvec3() - self.origin.as_dvec3();
+        let (raster, depth) = self.project(v)?;
+        let (wi, target, distance) = match self.projection {
+            Projection::Pinhole => {
+                let distance = v.length();
+                ((v / -distance).as_vec3(), self.origin, distance)
+            }
+            Projection::Parallel => (-self.forward, p - self.forward * depth as f32, depth),
+        };
+        Some(CameraConnection { raster, wi, target, density: self.density(-wi, distance as f32) })
+    }
+
+    /// Where a pinhole sees what lies in a direction, if that projects onto the film. A point in that direction would
+    /// not do: far from the origin its rounding is a pixel.
+    #[inline]
+    pub fn raster_of(&self, direction: Vec3) -> Option<Vec2> {
+        self.project(direction.as_dvec3()).map(|(raster, _)| raster)
+    }
+
+    /// The raster position of what lies at `v` from the camera, if it is on the film, and its depth.
+    #[inline]
+    fn project(&self, v: DVec3) -> Option<(Vec2, f64)> {
         let depth = v.dot(self.forward.as_dvec3());
         if depth <= 0.0 {
             return None;
         }
         let film = DVec2::new(v.dot(self.right.as_dvec3()), -v.dot(self.up.as_dvec3()));
-        let (film, wi, target, distance) = match self.projection {
-            Projection::Pinhole => {
-                let distance = v.length();
-                (film / depth, (v / -distance).as_vec3(), self.origin, distance)
-            }
-            Projection::Parallel => (film, -self.forward, p - self.forward * depth as f32, depth),
+        let film = match self.projection {
+            Projection::Pinhole => film / depth,
+            Projection::Parallel => film,
         };
-        let film = film.as_vec2();
-        let raster = 0.5 * (film / self.half_film + Vec2::ONE) * self.pixels;
+        let raster = 0.5 * (film.as_vec2() / self.half_film + Vec2::ONE) * self.pixels;
         let inside = raster.cmpge(Vec2::ZERO).all() && raster.cmplt(self.pixels).all();
-        inside.then(|| CameraConnection { raster, wi, target, density: self.density(-wi, distance as f32) })
+        inside.then_some((raster, depth))
     }
 }

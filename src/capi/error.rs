@@ -198,7 +198,10 @@ impl From<RenderError> for Failure {
             RenderError::Setting { setting, .. } => {
                 Failure { parameter: setting.replace(' ', "_"), ..Failure::new(ERROR_INVALID_ARGUMENT, text) }
             }
-            RenderError::OutOfMemory { .. } => Failure::new(ERROR_OUT_OF_MEMORY, text),
+            RenderError::OutOfMemory { .. } | RenderError::OutOfMemoryForTechniques { .. } => {
+                Failure::new(ERROR_OUT_OF_MEMORY, text)
+            }
+            RenderError::Threads { .. } => Failure::of_parameter(ERROR_LIMIT, "num_threads", text),
             RenderError::Internal(_) => Failure::new(ERROR_INTERNAL, text),
         }
     }

@@ -10,8 +10,8 @@ use crate::pool;
 use crate::scene::World;
 use crate::transport::Tracer;
 use crate::transport::options::{
-    CausticOptions, Check, GeometryTerm, LARGEST_AIM, LARGEST_TOLERANCE, LEAST_LIGHT_SUBPATHS, MOST_LIGHT_SUBPATHS,
-    MOST_SEEDS,
+    CausticOptions, Check, GeometryTerm, LARGEST_AIM, LARGEST_TOLERANCE, LEAST_LIGHT_SUBPATHS, LEAST_TOLERANCE,
+    MOST_ITERATIONS, MOST_LIGHT_SUBPATHS, MOST_SEEDS,
 };
 use crate::transport::roulette::Roulette;
 use crate::transport::walk_count::WalkCount;
@@ -269,6 +269,24 @@ pub enum RenderError {
         /// Rows.
         height: u32,
     },
+    /// Nor do the images per technique.
+    #[error("not enough memory for the {width}x{height} images of {techniques} techniques")]
+    OutOfMemoryForTechniques {
+        /// Columns.
+        width: u32,
+        /// Rows.
+        height: u32,
+        /// Techniques met so far.
+        techniques: usize,
+    },
+    /// The system gives no more threads.
+    #[error("{threads} threads could not be started: {reason}")]
+    Threads {
+        /// How many were asked for.
+        threads: usize,
+        /// What the system says.
+        reason: String,
+    },
     /// A worker panicked: a bug in the renderer.
     #[error("internal error: {0}")]
     Internal(String),
@@ -281,6 +299,13 @@ impl RenderError {
         expected: impl Into<String>,
     ) -> Result<T, RenderError> {
         Err(RenderError::Setting { setting, value: value.to_string(), expected: expected.into() })
+    }
+
+    pub(super) fn of_workers(threads: usize, failed: pool::Failed) -> RenderError {
+        match failed {
+            pool::Failed::Threads(reason) => RenderError::Threads { threads, reason },
+            pool::Failed::Panic(message) => RenderError::Internal(message),
+        }
     }
 }
 
@@ -309,11 +334,18 @@ pub(super) fn validate(world: &World, settings: &Settings) -> Result<(), RenderE
         let expected = format!("the scene has {} cameras", world.cameras.len());
         return RenderError::setting("camera", settings.camera, expected);
     }
-    let CausticOptions { geometry_term, check, walk, seeds, search, roulette, aim, light_subpaths, .. } =
+    let CausticOptions { geometry_term, check, walk, seeds, search, roulette, aim, light_subpaths, max_iterations } =
         settings.caustic_options;
-    if !(walk.tolerance > 0.0 && walk.tolerance <= LARGEST_TOLERANCE) {
-        let expected = format!("more than 0, at most {LARGEST_TOLERANCE:e} radians was expected");
+    if !(LEAST_TOLERANCE..=LARGEST_TOLERANCE).contains(&walk.tolerance) {
+        let expected = format!("{LEAST_TOLERANCE:e} to {LARGEST_TOLERANCE:e} radians were expected");
         return RenderError::setting("walk tolerance", walk.tolerance, expected);
+    }
+    if let Some(n) = max_iterations.filter(|n| !(1..=MOST_ITERATIONS).contains(n)) {
+        return RenderError::setting(
+            "walk iterations",
+            n,
+            format!("a number from 1 to {MOST_ITERATIONS} was expected"),
+        );
     }
     if let Roulette::Contribution(threshold) = roulette
         && !(threshold > 0.0 && threshold.is_finite())
@@ -352,6 +384,8 @@ struct Sorter<'a> {
     pixel: u32,
     /// Into images per technique.
     per_technique: bool,
+    /// And there caustic paths alone.
+    caustics_only: bool,
     /// The sum of caustic paths.
     caustics: Sample,
 }
@@ -365,7 +399,8 @@ impl Observer for Sorter<'_> {
             debug_assert_eq!(c.pixel, self.pixel);
             self.caustics.radiance += c.weighted;
         }
-        if self.per_technique && c.value.is_finite() && c.weighted.is_finite() {
+        let shown = self.per_technique && (caustic || !self.caustics_only);
+        if shown && c.value.is_finite() && c.weighted.is_finite() {
             self.tile.techniques.push(TechniqueSplat {
                 technique: (c.s, c.t),
                 pixel: c.pixel,
@@ -459,6 +494,7 @@ pub fn render(
 
     let pilot = pilot::look(world, &view, settings, cancel)?;
     let work = |_worker: usize| {
+        let _ends = passes.end_on_panic();
         let mut tracer = tracer(world, &view, settings, &pilot);
         let mut sample = Sample::default();
         let stop = || cancel.is_cancelled();
@@ -474,8 +510,9 @@ pub fn render(
                 if settings.integrator == Integrator::Path {
                     path::sample(&mut tracer, &view, seed, pixel, pass, settings.caustics_only, &mut sample);
                 } else if settings.per_technique || settings.caustics_only {
-                    let per_technique = settings.per_technique;
-                    let mut sorter = Sorter { tile: &mut tile, pixel, per_technique, caustics: Sample::default() };
+                    let Settings { per_technique, caustics_only, .. } = *settings;
+                    let caustics = Sample::default();
+                    let mut sorter = Sorter { tile: &mut tile, pixel, per_technique, caustics_only, caustics };
                     estimate(&mut tracer, &view, settings, pixel, pass, &mut sample, &mut sorter);
                     if settings.caustics_only {
                         sample = sorter.caustics;
@@ -506,7 +543,8 @@ pub fn render(
             }
         }
     };
-    pool::broadcast(threads, work).map_err(RenderError::Internal)?;
+    pool::broadcast(threads, work).map_err(|failed| RenderError::of_workers(threads, failed))?;
+    passes.check_memory()?;
 
     let cancelled = cancel.is_cancelled();
     let noise = passes.noise().1;

@@ -10,7 +10,8 @@ use crate::render::Image;
 use crate::transport::subpath::RayCount;
 use crate::transport::walk_count::WalkCount;
 use glam::DVec3;
-use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, TryReserveError};
 use std::ops::Range;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -96,6 +97,7 @@ struct State {
     waiting: BTreeMap<u32, Vec<Option<Tile>>>,
     film: Film,
     techniques: BTreeMap<Technique, [Vec<DVec3>; 3]>,
+    out_of_memory: bool,
     rays: RayCount,
     walks: WalkCount,
     non_finite: u64,
@@ -117,6 +119,7 @@ impl Passes {
                 waiting: BTreeMap::new(),
                 film: Film::new(settings.width, settings.height)?,
                 techniques: BTreeMap::new(),
+                out_of_memory: false,
                 rays: RayCount::default(),
                 walks: WalkCount::default(),
                 non_finite: 0,
@@ -162,6 +165,30 @@ impl Passes {
         }
     }
 
+    /// For a worker to hold: if it panics, its tile will never come, and the others would wait for it.
+    pub fn end_on_panic(&self) -> impl Drop + '_ {
+        struct End<'a>(&'a Passes);
+        impl Drop for End<'_> {
+            fn drop(&mut self) {
+                if std::thread::panicking() {
+                    self.0.stop();
+                }
+            }
+        }
+        End(self)
+    }
+
+    /// Whether there was memory for the images of all techniques.
+    pub fn check_memory(&self) -> Result<(), RenderError> {
+        let state = self.lock();
+        let Film { width, height, .. } = state.film;
+        let techniques = state.techniques.len();
+        if state.out_of_memory {
+            return Err(RenderError::OutOfMemoryForTechniques { width, height, techniques });
+        }
+        Ok(())
+    }
+
     /// Begins no further pass; unfinished ones are dropped.
     pub fn stop(&self) {
         let mut state = self.lock();
@@ -182,7 +209,12 @@ impl Passes {
         {
             let pass = state.film.passes;
             for tile in state.waiting.remove(&pass).into_iter().flatten().flatten() {
-                state.fold(tile, self.pixels);
+                if state.fold(tile, self.pixels).is_err() {
+                    state.out_of_memory = true;
+                    state.end = state.film.passes;
+                    self.advanced.notify_all();
+                    return;
+                }
             }
             state.film.finish_pass();
             if time_limit.is_some_and(|limit| start.elapsed() >= limit) {
@@ -213,12 +245,15 @@ impl Passes {
             height: film.height,
             pixels: sums.iter().map(|s| (*s * scale).as_vec3()).collect(),
         };
-        let images = |[weighted, unweighted, caustic]: &[Vec<DVec3>; 3]| TechniqueImages {
-            weighted: average(weighted),
-            unweighted: average(unweighted),
-            caustic: average(caustic),
+        let bytes_per_technique = 3 * u64::from(self.pixels) * size_of::<DVec3>() as u64;
+        let film_bytes = film.bytes() + state.techniques.len() as u64 * bytes_per_technique;
+        // The sums of each go as its images come.
+        let images = |[weighted, unweighted, caustic]: [Vec<DVec3>; 3]| TechniqueImages {
+            weighted: average(&weighted),
+            unweighted: average(&unweighted),
+            caustic: average(&caustic),
         };
-        let techniques = state.techniques.iter().map(|(technique, sums)| (*technique, images(sums))).collect();
+        let techniques = state.techniques.into_iter().map(|(technique, sums)| (technique, images(sums))).collect();
         let statistics = Statistics {
             samples: film.passes,
             camera_rays: state.rays.camera,
@@ -229,7 +264,7 @@ impl Passes {
             walks: state.walks,
             non_finite: state.non_finite,
             first_non_finite: state.first_non_finite,
-            film_bytes: film.bytes(),
+            film_bytes,
             ..Statistics::default()
         };
         Output { image: film.image(), techniques, statistics, cancelled: false }
@@ -237,7 +272,7 @@ impl Passes {
 }
 
 impl State {
-    fn fold(&mut self, tile: Tile, pixels: u32) {
+    fn fold(&mut self, tile: Tile, pixels: u32) -> Result<(), TryReserveError> {
         for (pixel, &value) in tile.pixels.clone().zip(&tile.camera) {
             self.film.add_camera(pixel, value);
         }
@@ -245,8 +280,17 @@ impl State {
             self.film.add_light(splat.pixel, splat.value);
         }
         for splat in &tile.techniques {
-            let black = || std::array::from_fn(|_| vec![DVec3::ZERO; pixels as usize]);
-            let sums = self.techniques.entry(splat.technique).or_insert_with(black);
+            let sums = match self.techniques.entry(splat.technique) {
+                Entry::Occupied(sums) => sums.into_mut(),
+                Entry::Vacant(place) => {
+                    let mut black = [const { Vec::new() }; 3];
+                    for sums in &mut black {
+                        sums.try_reserve_exact(pixels as usize)?;
+                        sums.resize(pixels as usize, DVec3::ZERO);
+                    }
+                    place.insert(black)
+                }
+            };
             let caustic = if splat.caustic { splat.weighted } else { Rgb::ZERO };
             for (sum, value) in sums.iter_mut().zip([splat.weighted, splat.unweighted, caustic]) {
                 sum[splat.pixel as usize] += value.as_dvec3();
@@ -258,5 +302,30 @@ impl State {
         if let (None, Some(pixel)) = (self.first_non_finite, tile.first_non_finite) {
             self.first_non_finite = Some((pixel, tile.pass));
         }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pool::{Failed, broadcast};
+
+    #[test]
+    fn a_panic_of_one_worker_ends_the_others() {
+        let settings = Settings { width: 64, height: 64, samples: 1000, ..Settings::default() };
+        let passes = Passes::new(&settings).expect("memory");
+        let outcome = broadcast(2, |worker| {
+            let _ends = passes.end_on_panic();
+            while let Some(tile) = passes.next_tile(&|| false) {
+                assert!(worker == 0 || tile.pass < 3, "as planned");
+                // The other may not come to its tile before all is done.
+                if tile.pass < 10 {
+                    std::thread::sleep(Duration::from_millis(1));
+                }
+                passes.finish(tile, Instant::now(), None);
+            }
+        });
+        assert_eq!(outcome, Err(Failed::Panic("as planned".to_owned())));
     }
 }

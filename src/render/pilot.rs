@@ -214,7 +214,7 @@ impl Samples {
                 let _ = slot.set(group);
             }
         })
-        .map_err(RenderError::Internal)?;
+        .map_err(|failed| RenderError::of_workers(threads, failed))?;
         let Some(groups) = groups.into_iter().map(OnceLock::into_inner).collect::<Option<Vec<Group>>>() else {
             return Ok(None);
         };
@@ -345,7 +345,8 @@ pub(super) fn look(world: &World, view: &View, settings: &Settings, cancel: &Can
     let decides_number =
         bidirectional && connects && settings.caustic_options.light_subpaths.is_none() && !settings.per_technique;
     // Walks through flat glass find what there is.
-    let curved = world.refractors.iter().any(|r| r.curved);
+    let refractors = world.walked.as_ref().map_or(&world.refractors, |walked| &walked.refractors);
+    let curved = refractors.iter().any(|r| r.curved);
     let decides_seeds = bidirectional && connects && settings.caustic_options.seeds.is_none() && curved;
     let options = &settings.caustic_options;
     // What connections to delta lights search for, nothing else finds: it says nothing of other lamps. With the direct

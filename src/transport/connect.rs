@@ -148,7 +148,7 @@ impl Tracer<'_> {
         }
         let d = &light.densities;
         let remainder = a.partial.at(scattering.pdf_reverse as f64);
-        let emission = d.position * d.direction * to_a * remainder * weight::light_image(index == 0);
+        let emission = d.position * d.direction * to_a * remainder * weight::light_image(a.first);
         let hit = if d.hittable { scattering.pdf as f64 * to_light } else { 0.0 };
         let weight = weight::next_event(1.0, d.direct, emission, hit);
         let camera_only = weight * (1.0 + hit / d.direct);
@@ -266,7 +266,8 @@ impl Tracer<'_> {
     /// `a_0` of a path whose light subpath ends at its vertex `j`.
     #[inline]
     fn light_images(&self, j: usize) -> f64 {
-        self.light_subpaths * weight::light_image(j == 0 && self.light_vertices[j].edge.sure)
+        let vertex = &self.light_vertices[j];
+        self.light_subpaths * weight::light_image(vertex.first && vertex.edge.sure)
     }
 
     /// Connection with the camera along the straight line, if that is free: the ray.
@@ -317,7 +318,7 @@ impl Tracer<'_> {
             Endpoint::Surface(y) => f64::from(y.ng.dot(chain.last).abs()),
             Endpoint::Point(_) | Endpoint::Infinite(_) => 1.0,
         };
-        let image = weight::light_image(index == 0 && chain.sure());
+        let image = weight::light_image(a.first && chain.sure());
         let remainder = a.partial.at(f64::from(scattering.pdf_reverse)) * image;
         let [toward_light, toward_camera] = chain.probability;
         let emission = densities.position * densities.direction * toward_camera * chain.etendue_ratio(cos_a, cos_b);
@@ -353,10 +354,9 @@ impl Tracer<'_> {
     }
 
     /// Connection of light vertex `j` with a pinhole through glass.
-    fn caustic_to_camera(&mut self, camera: &Camera, pinhole: Endpoint, j: usize, chain: &CausticEdge, attempt: f32) {
+    fn caustic_to_camera(&mut self, camera: &Camera, j: usize, chain: &CausticEdge, attempt: f32) {
         let b = &self.light_vertices[j];
-        let Endpoint::Point(p) = pinhole else { return };
-        let Some(seen) = camera.connect(p + chain.first) else { return };
+        let Some(raster) = camera.raster_of(chain.first) else { return };
         // Per solid angle at the pinhole.
         let density = camera.density(chain.first, 1.0);
         let at_b = self.evaluate(b, chain.last, TransportMode::Importance);
@@ -371,6 +371,6 @@ impl Tracer<'_> {
         let camera_only = forward * b.camera_only.at(f64::from(at_b.pdf_reverse));
         let number = self.light_images(j);
         let joined = Joined::caustic(value, cos_b, number, light_side, camera_only, chain);
-        self.joined.push(Joined { raster: seen.raster, ..joined.attempted(attempt * chain.attempt) });
+        self.joined.push(Joined { raster, ..joined.attempted(attempt * chain.attempt) });
     }
 }

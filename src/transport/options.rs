@@ -8,6 +8,12 @@ use crate::manifold::{OTHER_STARTS, WalkSettings};
 /// 18 % of Figure 4a's caustics).
 pub const LARGEST_TOLERANCE: f64 = 1e-5;
 
+/// Smallest: rounding keeps walks from much less, and what never converges finds nothing.
+pub const LEAST_TOLERANCE: f64 = 1e-13;
+
+/// Largest [`CausticOptions::max_iterations`]: a render can be cancelled between paths, not within a walk.
+pub const MOST_ITERATIONS: u32 = 4096;
+
 /// Which geometry term of a chain enters the weights. Contributions always have the exact one, so both
 /// are unbiased.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -353,6 +353,7 @@ impl<'w> Tracer<'w> {
                     plain: walk.plain,
                     toward,
                     edge: record,
+                    first: !matches!(edge.departure, Departure::Vertex { .. }),
                     passed: false,
                 };
                 match walk.mode {
@@ -506,7 +507,7 @@ impl<'w> Tracer<'w> {
         let (weight, camera_only) = match edge.departure {
             Departure::Vertex { index, .. } => {
                 let d = &light.densities;
-                let gamma = partial.gamma * light_image(index == 0 && record.sure);
+                let gamma = partial.gamma * light_image(self.camera_vertices[index].first && record.sure);
                 let partial = Partial { gamma, ..partial };
                 let weight = emitter_hit(partial, d.direct, d.position, d.direction);
                 (weight, weight * (1.0 + d.direct * partial.alpha))

@@ -35,6 +35,9 @@ pub struct Vertex {
     pub toward: f64,
     /// The macro-edge that leads here.
     pub edge: EdgeRecord,
+    /// Whether that leaves the camera or a light. Not all such vertices are the first of their subpath: some before may
+    /// be [`passed`](Self::passed).
+    pub first: bool,
     /// Whether the subpath went on from here by a lobe that is not connectable: then this is a vertex of the
     /// paths that are joined here, and none of those that go further.
     pub passed: bool,

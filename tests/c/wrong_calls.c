@@ -522,6 +522,8 @@ static void render_calls(void) {
     WITH(options.aim, NAN, INVALID, caustica_render(device, &desc, &render));
     WITH(options.light_subpaths, -1, INVALID, caustica_render(device, &desc, &render));
     WITH(options.light_subpaths, NAN, INVALID, caustica_render(device, &desc, &render));
+    WITH(options.walk_iterations, 4097, INVALID, caustica_render(device, &desc, &render));
+    WITH(options.walk_tolerance, 1e-300, INVALID, caustica_render(device, &desc, &render));
     options.walk_tolerance = 1e-4;
     EXPECT(INVALID, caustica_render(device, &desc, &render));
     detail.struct_size = sizeof detail;

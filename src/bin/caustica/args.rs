@@ -4,7 +4,7 @@ use crate::{Failure, scene};
 use caustica::intersect::Backend;
 use caustica::render::job::{Caustics, Integrator, Settings};
 use caustica::scene::description::Camera;
-use caustica::transport::options::{CausticOptions, Check, GeometryTerm, LARGEST_AIM, MOST_SEEDS};
+use caustica::transport::options::{CausticOptions, Check, GeometryTerm, LARGEST_AIM, MOST_ITERATIONS, MOST_SEEDS};
 use caustica::transport::roulette::Roulette;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -189,9 +189,9 @@ pub(crate) struct Connections {
     #[arg(long, value_name = "N", value_parser = positive)]
     pub(crate) light_subpaths: Option<f64>,
     /// Most steps of a walk [default: 64 to lights that cannot be hit, else 24]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_ITERATIONS)))]
     pub(crate) walk_iterations: Option<u32>,
-    /// Largest deviation from Snell's law at the end of a walk, radians, at most 1e-5 [default: 1e-8]
+    /// Largest deviation from Snell's law at the end of a walk, radians, 1e-13 to 1e-5 [default: 1e-8]
     #[arg(long, value_name = "ANGLE", value_parser = positive)]
     pub(crate) walk_tolerance: Option<f64>,
 }
