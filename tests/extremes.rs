@@ -8,7 +8,7 @@
 mod common;
 
 use caustica::math::{Rgb, luminance};
-use caustica::render::job::{Integrator, Settings};
+use caustica::render::job::{Caustics, Integrator, Settings};
 use caustica::scene::description::*;
 use caustica::scene::{CommitOptions, World};
 use common::oracle::{BIAS_LIMIT, check_bias, check_pairs, first_seed, renders};
@@ -93,22 +93,27 @@ fn world(d: &Description) -> World {
     World::commit(d, CommitOptions::default()).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Renders of the plain scene and of a similar one. Blocks: the difference is within its noise (4
-/// standard errors) but for `tolerance` of the block's value, which rounding may cost; the mean's bias is
-/// below `tolerance`.
+/// Renders of the plain scene and of a similar one, as [`check_same`].
 fn check_similar(name: &str, builder: &Builder, scale: f64, shift: DVec3, tolerance: f64) {
     let plain = on_grid(builder.0.clone());
-    let changed = similar(&plain, scale, shift);
+    let name = format!("{name}, scale {scale:e}, shift {shift}");
+    let bases = [Integrator::Path, Integrator::Bdpt].map(|i| Settings { max_depth: 7, ..settings(i, 32, 16, 0) });
+    check_same(&name, &plain, &similar(&plain, scale, shift), &bases, tolerance);
+}
+
+/// Renders of two scenes that should look the same. Blocks: the difference is within its noise (4
+/// standard errors) but for `tolerance` of the block's value, which rounding may cost; the mean's bias is
+/// below `tolerance`.
+fn check_same(name: &str, plain: &Description, changed: &Description, bases: &[Settings], tolerance: f64) {
     let mut wrong = Vec::new();
-    for integrator in [Integrator::Path, Integrator::Bdpt] {
+    for base in bases {
         let seed = first_seed("similar");
-        let base = Settings { max_depth: 7, ..settings(integrator, 32, 16, 0) };
-        let name = format!("{name}, scale {scale:e}, shift {shift}, {integrator:?}");
+        let name = format!("{name}, {:?}", base.integrator);
         let runs = |d: &Description| {
-            let images = renders(&world(d), &base, seed..seed + RUNS);
+            let images = renders(&world(d), base, seed..seed + RUNS);
             images.iter().map(|i| block_means(i, BLOCK)).collect::<Vec<_>>()
         };
-        let (a, b) = (runs(&changed), runs(&plain));
+        let (a, b) = (runs(changed), runs(plain));
         let mut totals = vec![0.0; RUNS as usize];
         let mut level = 0.0;
         let mut worst = 0.0f64;
@@ -166,6 +171,64 @@ fn delta_lights_at_all_sizes() {
 fn an_environment_at_all_sizes() {
     for (scale, shift) in [(1e-6, 0.0), (1e6, 0.0), (1.0, 1e4)] {
         check_similar("environment", &scenes::environment(), scale, DVec3::splat(shift), 0.002);
+    }
+}
+
+/// A small ball of glass close above the floor, under a lamp and a pane, all seen through another.
+fn caustics(light: impl Fn(&mut Builder)) -> Builder {
+    let mut b = Builder::default();
+    let (white, glass) = (b.diffuse(0.6), b.glass(1.5, 0.0));
+    b.quad(Vec3::new(-1.0, 0.0, -1.0), Vec3::Z * 2.0, Vec3::X * 2.0, white);
+    b.sphere(DVec3::new(0.0, 0.0625, 0.0), 0.06, glass);
+    b.mesh(icosphere(0.0625, 3, true), glass, DAffine3::from_translation(DVec3::new(0.25, 0.125, 0.0)));
+    for y in [0.5, 0.53125] {
+        // Up the upper side, down the lower.
+        let (u, v) = if y > 0.51 { (Vec3::Z, Vec3::X) } else { (Vec3::X, Vec3::Z) };
+        b.quad(Vec3::new(-1.0, y, -1.0), u * 2.0, v * 2.0, glass);
+    }
+    light(&mut b);
+    b.perspective([0.0, 0.75, 0.75], [0.125, 0.0, 0.0], 0.5);
+    b
+}
+
+fn connected(integrator: Integrator) -> Settings {
+    Settings { max_depth: 8, caustics: Caustics::On, caustics_only: true, ..settings(integrator, 32, 16, 0) }
+}
+
+fn under_a_small_lamp() -> Builder {
+    caustics(|b| {
+        let lamp = b.lamp(60.0);
+        b.quad(Vec3::new(-0.25, 1.0, -0.125), Vec3::X * 0.25, Vec3::Z * 0.25, lamp);
+    })
+}
+
+fn under_a_point_light() -> Builder {
+    let light = LightKind::Point { position: DVec3::new(-0.25, 1.0, 0.0), intensity: Rgb::ONE };
+    caustics(|b| b.light(light))
+}
+
+#[test]
+fn caustics_at_all_sizes() {
+    for (name, b) in [("lamp", under_a_small_lamp()), ("point light", under_a_point_light())] {
+        let plain = on_grid(b.0.clone());
+        for (scale, shift) in [(1e-6, 0.0), (1e6, 0.0), (1.0, 1e4)] {
+            let name = format!("caustics, {name}, scale {scale:e}, shift {shift}");
+            let changed = similar(&plain, scale, DVec3::splat(shift));
+            check_same(&name, &plain, &changed, &[Integrator::Mnee, Integrator::Bdpt].map(connected), 0.002);
+        }
+    }
+}
+
+#[test]
+fn caustics_at_the_rim_of_a_large_scene() {
+    // Something far away keeps the scene from being moved to the origin.
+    for (name, b) in [("lamp", under_a_small_lamp()), ("point light", under_a_point_light())] {
+        let plain = on_grid(b.0.clone());
+        let mut far = Builder(similar(&plain, 1.0, DVec3::X * 512.0));
+        let black = far.diffuse(0.0);
+        far.quad(Vec3::new(-512.0, 0.0, 0.0), Vec3::X, Vec3::Y, black);
+        let name = format!("caustics at the rim, {name}");
+        check_same(&name, &plain, &far.0, &[Integrator::Mnee, Integrator::Bdpt].map(connected), 0.002);
     }
 }
 

@@ -247,7 +247,7 @@ impl Tracer<'_> {
                     }
                     Sight::Refracted(mut seen) if segments + seen.segments() <= self.max_depth => {
                         for chain in self.connect_chains(&pinhole, &to, &mut seen).into_iter().flatten() {
-                            self.caustic_to_camera(camera, pinhole, j, &chain, attempt.scale);
+                            self.caustic_to_camera(camera, j, &chain, attempt.scale);
                         }
                     }
                     Sight::Blocked | Sight::Refracted(_) => {}
