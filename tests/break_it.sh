@@ -206,6 +206,8 @@ mutation("caustic: no check", "src/transport/caustic.rs",
          "let like = |edge: &CausticEdge| edge.leaves_like(first, last, close);",
          "let like = |edge: &CausticEdge| close < 0.0 && edge.leaves_like(first, last, close);",
          ("caustic", "ball"))
+mutation("caustic: check without regard to rounding", "src/transport/caustic.rs",
+         "like(known) || (rounded && exact().is_some_and(|edge| edge.is(known)))", "like(known)", ("extremes", "rim"))
 mutation("starts: the check knows the straight line's walk alone", "src/transport/caustic.rs",
          "let known = self.chain(a, b, &seen, &settings);",
          "let known = self.solve(a, b, &seen, None, &settings).ok();",

@@ -8,9 +8,10 @@ use caustica::render::Image;
 use caustica::render::job::{Caustics, Integrator, Settings};
 use caustica::scene::World;
 use caustica::scene::description::*;
+use caustica::transport::options::MOST_SEEDS;
 use common::scenes::under_a_lamp;
 use common::stats::{Blocks, blocks, check_normal, z_scores};
-use common::{Builder, icosphere, settings};
+use common::{Builder, grid, icosphere, settings};
 use glam::{DAffine3, DVec3, Vec3};
 
 const RUNS: u64 = 16;
@@ -107,6 +108,48 @@ fn rough_ball() {
     let glass = b.walked_glass(1.5, 0.35);
     b.sphere(DVec3::new(0.0, 0.6, 0.0), 0.5, glass);
     agree("rough ball", &b, 128, 32);
+    // Rough glass is curved glass, too.
+    let settings = Settings { caustics: Caustics::On, ..settings(Integrator::Mnee, 8, 1, 0) };
+    assert_eq!(common::run(&b.commit(), &settings).statistics.seeds, MOST_SEEDS);
+}
+
+/// A sheet of water without rim or bottom, smaller than the floor and seen from its height: paths that get beside and
+/// under it are taken for paths in air until they meet it.
+#[test]
+fn an_open_sheet() {
+    let mut b = under_a_lamp(1.0);
+    let water = b.glass(1.33, 0.0);
+    let bumps = grid(24, |x, z| {
+        let (p, q) = ((4.0 * x).cos(), (4.0 * z).cos());
+        let slope = |along: f32, other: f32| 0.05 * 4.0 * (4.0 * along).sin() * other;
+        (Vec3::new(x, 0.5 + 0.05 * p * q, z), Vec3::new(slope(x, q), 1.0, slope(z, p)))
+    });
+    b.mesh(bumps, water, DAffine3::from_scale(DVec3::new(0.8, 1.0, 0.8)));
+    b.0.cameras.clear();
+    b.perspective([0.0, 0.5, 3.0], [0.0, 0.3, 0.0], 0.7);
+    agree("open sheet", &b, 256, 64);
+}
+
+#[test]
+fn endless_ink_hides_the_sky() {
+    // However it is sampled: by next-event estimation, by rays that leave the scene, from the sky.
+    let mut b = Builder::default();
+    b.0.environment = Rgb::ONE;
+    let white = b.diffuse(0.6);
+    b.quad(Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0, white);
+    let bubble = b.material(Scattering::Dielectric {
+        inside: Medium { ior: 1.0, absorption: Rgb::ZERO },
+        outside: Medium { ior: 1.33, absorption: Rgb::new(0.5, 1.0, 2.0) },
+        roughness: 0.0,
+        tint: Rgb::ONE,
+    });
+    b.sphere(DVec3::new(0.0, 2.0, 3.0), 1.0, bubble);
+    b.perspective([0.0, 0.5, 3.0], [0.0, 0.3, 0.0], 0.7);
+    let world = b.commit();
+    for integrator in [Integrator::Path, Integrator::Mnee] {
+        let image = common::run(&world, &settings(integrator, SIDE, 64, 0)).image;
+        assert!(image.pixels.iter().all(|p| *p == Rgb::ZERO), "{integrator:?}");
+    }
 }
 
 #[test]

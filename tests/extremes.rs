@@ -11,6 +11,7 @@ use caustica::math::{Rgb, luminance};
 use caustica::render::job::{Caustics, Integrator, Settings};
 use caustica::scene::description::*;
 use caustica::scene::{CommitOptions, World};
+use caustica::transport::options::CausticOptions;
 use common::oracle::{BIAS_LIMIT, check_bias, check_pairs, first_seed, renders};
 use common::stats::{block_means, mean_and_error};
 use common::{Builder, icosphere, scenes, settings};
@@ -191,8 +192,16 @@ fn caustics(light: impl Fn(&mut Builder)) -> Builder {
     b
 }
 
+/// Without searches: what they find counts by how long it takes, which no rounding leaves as it was.
 fn connected(integrator: Integrator) -> Settings {
-    Settings { max_depth: 8, caustics: Caustics::On, caustics_only: true, ..settings(integrator, 32, 16, 0) }
+    let caustic_options = CausticOptions { search: Some(0.0), ..CausticOptions::default() };
+    Settings {
+        caustic_options,
+        max_depth: 8,
+        caustics: Caustics::On,
+        caustics_only: true,
+        ..settings(integrator, 32, 16, 0)
+    }
 }
 
 fn under_a_small_lamp() -> Builder {
@@ -221,14 +230,18 @@ fn caustics_at_all_sizes() {
 
 #[test]
 fn caustics_at_the_rim_of_a_large_scene() {
-    // Something far away keeps the scene from being moved to the origin.
-    for (name, b) in [("lamp", under_a_small_lamp()), ("point light", under_a_point_light())] {
+    // Something far away keeps the scene from being moved to the origin. Of the point light, the light image alone finds
+    // what glass reflects on the way: too few bright points for a comparison.
+    let (mnee, bdpt) = (connected(Integrator::Mnee), connected(Integrator::Bdpt));
+    for (name, b, bases) in
+        [("lamp", under_a_small_lamp(), vec![mnee.clone(), bdpt]), ("point light", under_a_point_light(), vec![mnee])]
+    {
         let plain = on_grid(b.0.clone());
         let mut far = Builder(similar(&plain, 1.0, DVec3::X * 512.0));
         let black = far.diffuse(0.0);
         far.quad(Vec3::new(-512.0, 0.0, 0.0), Vec3::X, Vec3::Y, black);
         let name = format!("caustics at the rim, {name}");
-        check_same(&name, &plain, &far.0, &[Integrator::Mnee, Integrator::Bdpt].map(connected), 0.002);
+        check_same(&name, &plain, &far.0, &bases, 0.002);
     }
 }
 

@@ -4,10 +4,11 @@
 mod common;
 
 use caustica::math::Rgb;
-use caustica::render::job::{Cancel, Integrator, RenderError, Settings, render};
+use caustica::render::job::{Cancel, Integrator, RenderError, Settings, TechniqueImages, render};
 use caustica::scene::World;
 use common::{Builder, settings};
 use glam::{DVec3, Vec3};
+use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
@@ -78,6 +79,25 @@ fn the_technique_images_sum_to_the_image() {
     }
     let plain = Settings { per_technique: false, ..settings };
     assert_eq!(common::run(&world, &plain).image, output.image);
+}
+
+#[test]
+fn the_technique_images_of_caustics_sum_to_the_caustics() {
+    let world = world();
+    let all = Settings { per_technique: true, ..settings(Integrator::Bdpt, 32, 4, 1) };
+    let output = common::run(&world, &Settings { caustics_only: true, ..all.clone() });
+    let sum = |techniques: &BTreeMap<_, TechniqueImages>, i: usize| -> Rgb {
+        techniques.values().map(|t| t.weighted.pixels[i]).sum()
+    };
+    let everything = common::run(&world, &all);
+    let mut less = 0;
+    for (i, pixel) in output.image.pixels.iter().enumerate() {
+        let caustics = sum(&output.techniques, i);
+        let error = (caustics - *pixel).abs().max_element();
+        assert!(error <= 1e-5 * pixel.max_element().max(1e-3), "pixel {i}: {caustics} {pixel}");
+        less += usize::from(caustics.x < sum(&everything.techniques, i).x);
+    }
+    assert!(less > 500, "there is other light in {less} pixels");
 }
 
 #[test]

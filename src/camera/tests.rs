@@ -44,6 +44,20 @@ fn a_plain_camera_looks_along_minus_z_with_y_up() {
 }
 
 #[test]
+fn a_direction_is_seen_where_it_left_at_any_distance_from_the_origin() {
+    let mut random = random();
+    for x in [0.0, 1e4, 1e8] {
+        let c = camera(Perspective { yfov: 0.01 }, DAffine3::from_translation(DVec3::new(x, 0.0, 0.0)) * pose());
+        for _ in 0..1000 {
+            let raster = random.next_2d() * Vec2::new(159.9, 89.9) + 0.05;
+            let seen = c.raster_of(c.generate(raster).1).unwrap_or_else(|| panic!("{raster} is not seen"));
+            assert!((seen - raster).length() < 0.02, "{raster}: {seen}");
+        }
+        assert_eq!(c.raster_of(-c.generate(Vec2::new(80.0, 45.0)).1), None);
+    }
+}
+
+#[test]
 fn a_ray_through_the_film_is_seen_where_it_left() {
     for projection in [Perspective { yfov: 1.2 }, Orthographic { ymag: 2.5 }] {
         let c = camera(projection, pose());

@@ -48,6 +48,9 @@ pub fn sample(
         }
         let Some(hit) = world.intersector.closest(&ray) else {
             if let Some((emitted, densities)) = world.lights.escape(ray.direction) {
+                if world.requirements.absorption {
+                    beta *= world.transmittance(medium, f32::INFINITY);
+                }
                 let weight = sampled.map_or(1.0, |(pdf, _)| pdf as f64 / (pdf as f64 + densities.direct));
                 radiance += beta * emitted * weight as f32 * share(caustic);
             }

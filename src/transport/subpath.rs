@@ -412,6 +412,12 @@ impl<'w> Tracer<'w> {
                 {
                     vertex.passed = true;
                 }
+                if edge.chain == 0
+                    && let Some(boundary) = world.boundary(hit.shape).filter(|_| sample.transmitted)
+                {
+                    // As the connection has it. Where boundaries are closed, it is that already.
+                    edge.medium = boundary.medium_toward(&at, wo);
+                }
                 edge.refracted &= sample.transmitted && world.boundary(hit.shape).is_some();
                 let position = edge.chain as usize;
                 if let Some(slot) = edge.shapes.get_mut(position) {
@@ -481,7 +487,10 @@ impl<'w> Tracer<'w> {
 
     fn escape(&mut self, walk: &Walk, edge: &mut OpenEdge) {
         let direction = walk.ray.direction;
-        let Some((radiance, densities)) = self.lights.escape(direction) else { return };
+        let Some((mut radiance, densities)) = self.lights.escape(direction) else { return };
+        if self.world.requirements.absorption {
+            radiance *= self.world.transmittance(walk.medium, f32::INFINITY);
+        }
         let Some(light) = self.lights.environment() else { return };
         if edge.chain == 0 && matches!(edge.departure, Departure::Vertex { .. }) {
             self.leave(edge, walk, direction, None, Vec3::ZERO);
