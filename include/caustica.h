@@ -30,10 +30,10 @@
  *             and end with NUL; NULL is the empty string; names have at most 1023 bytes, paths 4095.
  * Memory out. Copied to the host's memory. There is nothing of the library's for the host to free.
  * Threads.    Any thread may call any function. Calls on different objects run concurrently; to add to,
- *             load into or commit a scene that another thread is changing or committing gives
- *             CAUSTICA_ERROR_BUSY. Setting an instance, light, camera or material does not: during a
- *             commit it may or may not be in the snapshot. A device must not be used any more when its
- *             release begins.
+ *             remove from, load into, commit or release a scene, to set its environment or to ask for its
+ *             cameras gives CAUSTICA_ERROR_BUSY while another thread does one of these. Setting an
+ *             instance, light, camera or material does not: during a commit it may or may not be in the
+ *             snapshot. A device must not be used any more when its release begins.
  * Callbacks.  Never called with a lock held, and not after the release of what they were given to.
  *             They must not throw or longjmp. Inside of one only the functions marked
  *             "callback-safe" may be called; the others give CAUSTICA_ERROR_WRONG_STATE.
@@ -411,8 +411,9 @@ enum {
 };
 
 /* How connections through glass are made: what `caustica render --help` has under the same names. Zero is the default
- * in every field. The paper's settings are CAUSTICA_INTEGRATOR_BDPT with the direct geometry term, the check of few
- * steps, roulette by lengths, 1 for seeds and light_subpaths and -1 for search and aim. */
+ * in every field. Light tracing looks at aim alone, path tracing at nothing here. The paper's settings are
+ * CAUSTICA_INTEGRATOR_BDPT with the direct geometry term, the check of few steps, roulette by lengths, 1 for seeds and
+ * light_subpaths and -1 for search and aim. */
 typedef struct caustica_caustic_options {
     uint32_t struct_size;
     uint32_t geometry_term;   /* CAUSTICA_GEOMETRY_TERM_: of chains, in the weights */
@@ -444,7 +445,8 @@ typedef struct caustica_render_desc {
                                make of processor in the last place of what Embree hits */
     double time_limit_seconds; /* ends with the pass that runs at this time; 0: no limit */
     uint32_t num_threads;   /* 0: the device's */
-    uint32_t caustics_only; /* 1: all light but caustics is left out; else 0 */
+    uint32_t caustics_only; /* 1: all light is left out but what mirrors and smooth glass lead to the surface that the
+                               camera sees, and rough glass where it is crossed by walks; else 0 */
     caustica_progress_callback progress; /* or NULL */
     void* user;
     const caustica_caustic_options* caustic_options; /* read during the call; or NULL: all defaults */

@@ -13,4 +13,5 @@ pub mod pool;
 pub mod render;
 pub mod scatter;
 pub mod scene;
+mod text;
 pub mod transport;

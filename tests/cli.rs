@@ -73,7 +73,7 @@ fn help_goes_to_standard_output() {
 
 #[test]
 fn wrong_usage_is_exit_code_2() {
-    let wrong: [&[&str]; 12] = [
+    let wrong: [&[&str]; 18] = [
         &[],
         &["paint"],
         &["render", SCENE],
@@ -86,12 +86,19 @@ fn wrong_usage_is_exit_code_2() {
         &["render", SCENE, "-o", "a.exr", "--integrator", "path", "--strategies", "d"],
         &["compare", "a.exr"],
         &["pixel", SCENE, "0", "0", "--integrator", "path"],
+        &["render", SCENE, "-o", "a.exr", "--walk-iterations", "4097"],
+        &["render", SCENE, "-o", "a.exr", "--integrator", "path", "--seeds", "2"],
+        &["render", SCENE, "-o", "a.exr", "--integrator", "mnee", "--caustics", "off"],
+        &["render", SCENE, "-o", "a.exr", "--caustics", "off", "--check", "exact"],
+        &["render", SCENE, "-o", "a.exr", "--paper", "--roulette-threshold", "2"],
+        &["pixel", SCENE, "0", "0", "--integrator", "mnee", "--aim", "0.5"],
     ];
     for args in wrong {
         let (out, err) = expect(2, args);
         assert!(out.is_empty() && !err.is_empty(), "{args:?}\n{out}\n{err}");
     }
     assert!(expect(2, wrong[3]).1.contains("640x480"), "the message shows what would do");
+    assert!(expect(2, wrong[13]).1.contains("--seeds has no effect with this integrator (--integrator path)"));
 }
 
 #[test]

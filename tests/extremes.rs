@@ -10,7 +10,7 @@ mod common;
 use caustica::math::{Rgb, luminance};
 use caustica::render::job::{Caustics, Integrator, Settings};
 use caustica::scene::description::*;
-use caustica::scene::{CommitOptions, World};
+use caustica::scene::{CommitOptions, SceneError, World};
 use caustica::transport::options::CausticOptions;
 use common::oracle::{BIAS_LIMIT, check_bias, check_pairs, first_seed, renders};
 use common::stats::{block_means, mean_and_error};
@@ -366,4 +366,31 @@ fn total_reflection_loses_nothing() {
             assert!((luminance(*pixel) - 2.0).abs() < 1e-5, "{integrator:?}: pixel {i} is {pixel}");
         }
     }
+}
+
+#[test]
+fn what_no_ray_tracer_holds_is_refused_before_it_is_made() {
+    let commit = |d: &Description| World::commit(d, CommitOptions::default()).err();
+    let sphere = |radius, scale| {
+        let mut b = Builder::default();
+        let glass = b.glass(1.5, 0.0);
+        b.sphere(DVec3::ZERO, radius, glass);
+        b.0.instances[0].transform = DAffine3::from_scale(DVec3::splat(scale));
+        b.0
+    };
+    assert!(commit(&sphere(1e-10, 1.0)).is_none());
+    for (radius, scale) in [(1e-46, 1.0), (1.0, 1e40), (1e17, 100.0)] {
+        let error = commit(&sphere(radius, scale));
+        let named = matches!(&error, Some(SceneError::Invalid { kind: "instance", index: 0, .. }));
+        assert!(named, "radius {radius:e}, scale {scale:e}: {error:?}");
+    }
+
+    // A forest of which one tree fits into memory.
+    let mut b = Builder::default();
+    let white = b.diffuse(0.5);
+    b.mesh(icosphere(0.5, 4, true), white, DAffine3::IDENTITY);
+    let triangles = b.0.meshes[0].triangles.len();
+    b.0.instances = vec![b.0.instances[0].clone(); (1 << 30) / triangles + 1];
+    let error = commit(&b.0);
+    assert!(matches!(error, Some(SceneError::TooLarge(_))), "{error:?}");
 }

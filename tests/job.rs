@@ -97,7 +97,7 @@ fn the_technique_images_of_caustics_sum_to_the_caustics() {
         assert!(error <= 1e-5 * pixel.max_element().max(1e-3), "pixel {i}: {caustics} {pixel}");
         less += usize::from(caustics.x < sum(&everything.techniques, i).x);
     }
-    assert!(less > 500, "there is other light in {less} pixels");
+    assert!(less > 400, "other light in {less} of 1024 pixels");
 }
 
 #[test]

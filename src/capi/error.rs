@@ -249,7 +249,7 @@ impl Origins {
 }
 
 /// What the structs of the header call the fields of a description, where that differs: (kind, ours, theirs).
-const FIELDS: [(&str, &str, &str); 9] = [
+const FIELDS: [(&str, &str, &str); 10] = [
     ("material", "reflectance", "color"),
     ("material", "tint", "color"),
     ("material", "base_color", "color"),
@@ -257,6 +257,7 @@ const FIELDS: [(&str, &str, &str); 9] = [
     ("material", "inside.absorption", "absorption"),
     ("material", "outside.ior", "ior_outside"),
     ("material", "outside.absorption", "absorption_outside"),
+    ("light", "irradiance", "intensity"),
     ("light", "inner", "inner_angle"),
     ("light", "outer", "outer_angle"),
 ];

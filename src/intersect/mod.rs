@@ -87,7 +87,7 @@ fn failed(backend: &'static str, message: String) -> BackendError {
 const MAX_PRIMITIVES: u64 = 1 << 30;
 
 /// Coordinates beyond this make Embree drop a triangle without an error.
-const MAX_COORDINATE: f32 = 1e18;
+pub(crate) const MAX_COORDINATE: f32 = 1e18;
 
 /// The number of primitives, once it is sure that no backend will read out of bounds, drop a primitive
 /// in silence or count past 32 bits. Scenes are validated with better words before they come here.
@@ -97,7 +97,7 @@ fn check(shapes: &[Shape]) -> Result<usize, BackendError> {
         Shape::Mesh(mesh) => mesh.triangles.len().max(mesh.positions.len()) as u64,
         Shape::Sphere(_) => 1,
     };
-    check_count(shapes.iter().map(count))?;
+    check_count(shapes.iter().map(count)).map_err(|message| failed("intersect", message))?;
     let bad = |p: &glam::Vec3| !p.abs().cmple(glam::Vec3::splat(MAX_COORDINATE)).all();
     let mut primitives = 0;
     for (i, shape) in shapes.iter().enumerate() {
@@ -123,10 +123,11 @@ fn check(shapes: &[Shape]) -> Result<usize, BackendError> {
     Ok(primitives)
 }
 
-fn check_count(counts: impl Iterator<Item = u64>) -> Result<(), BackendError> {
+/// Whether shapes of so many primitives or vertices are not too many together, before any is made.
+pub(crate) fn check_count(counts: impl Iterator<Item = u64>) -> Result<(), String> {
     let total = counts.fold(0u64, u64::saturating_add);
     if total > MAX_PRIMITIVES {
-        return Err(failed("intersect", format!("{total} primitives or vertices; at most {MAX_PRIMITIVES} are taken")));
+        return Err(format!("{total} primitives or vertices; at most {MAX_PRIMITIVES} are taken"));
     }
     Ok(())
 }

@@ -6,13 +6,14 @@ mod rebase;
 mod validate;
 pub mod world;
 
+use crate::text::shown;
 pub use world::{CommitOptions, World};
 
 /// What is wrong with a description.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SceneError {
     /// A value is out of range.
-    #[error("{kind} {index} '{name}': {field} is {value}; {expected}")]
+    #[error("{kind} {index} '{}': {field} is {value}; {expected}", shown(name))]
     Invalid {
         /// "mesh", "material", "instance", "light", "camera".
         kind: &'static str,

@@ -4,9 +4,10 @@ use super::description::{self, Description, Geometry, Instance, Medium, MeshDesc
 use super::{SceneError, fingerprint, rebase, validate};
 use crate::emitter::Lights;
 use crate::geometry::{Mesh, Ray, Shape, Sphere, SurfacePoint};
-use crate::intersect::{self, Backend, Intersector};
+use crate::intersect::{self, Backend, Intersector, MAX_COORDINATE};
 use crate::math::Rgb;
 use crate::scatter::Bsdf;
+use crate::text::shown;
 use glam::{DMat3, DVec3, Vec3};
 use std::sync::Arc;
 use std::time::Instant;
@@ -133,16 +134,25 @@ impl World {
 
         let mut media = vec![Medium::VACUUM];
         let bsdfs: Vec<Bsdf> = description.materials.iter().map(|m| Bsdf::new(&m.scattering)).collect();
-        let boundaries = bsdfs.iter().map(|b| b.media().map(|(i, o)| boundary(&mut media, i, o))).collect::<Vec<_>>();
-        if media.len() > MediumId::MAX as usize {
-            return Err(SceneError::TooLarge(format!("{} different media; at most 65535 are possible", media.len())));
+        let mut boundaries = reserve(bsdfs.len())?;
+        for bsdf in &bsdfs {
+            boundaries.push(bsdf.media().map(|(i, o)| boundary(&mut media, i, o)).transpose()?);
         }
+        intersect::check_count(description.instances.iter().map(|instance| match instance.geometry {
+            Geometry::Mesh(mesh) => meshes[mesh].triangles.len().max(meshes[mesh].positions.len()) as u64,
+            Geometry::Sphere { .. } => 1,
+        }))
+        .map_err(SceneError::TooLarge)?;
 
         let mut shapes = reserve(description.instances.len())?;
         let mut shape_material = reserve(description.instances.len())?;
         for (index, instance) in description.instances.iter().enumerate() {
             let shape = match instance.geometry {
-                Geometry::Sphere { radius } => Shape::Sphere(place_sphere(instance, radius)),
+                Geometry::Sphere { radius } => {
+                    let placed = place_sphere(instance, radius);
+                    check_sphere(index, instance, &placed)?;
+                    Shape::Sphere(placed)
+                }
                 Geometry::Mesh(mesh) => {
                     let placed = place_mesh(instance, &meshes[mesh])?;
                     check_placed(index, instance, &placed, &mut warnings)?;
@@ -327,15 +337,19 @@ fn padded((low, high): (Vec3, Vec3)) -> (Vec3, Vec3) {
     (low - pad, high + pad)
 }
 
-fn boundary(media: &mut Vec<Medium>, inside: Medium, outside: Medium) -> Boundary {
+fn boundary(media: &mut Vec<Medium>, inside: Medium, outside: Medium) -> Result<Boundary, SceneError> {
     let mut id = |m: Medium| {
         let found = media.iter().position(|k| *k == m);
-        found.unwrap_or_else(|| {
+        let index = found.unwrap_or_else(|| {
             media.push(m);
             media.len() - 1
-        }) as MediumId
+        });
+        match MediumId::try_from(index) {
+            Ok(id) if id < MediumId::MAX => Ok(id),
+            _ => Err(SceneError::TooLarge(format!("more than {} different media", MediumId::MAX))),
+        }
     };
-    Boundary { inside: id(inside), outside: id(outside) }
+    Ok(Boundary { inside: id(inside)?, outside: id(outside)? })
 }
 
 /// A vector with room for `n`, or an error instead of an abort.
@@ -369,9 +383,26 @@ fn place_mesh(instance: &Instance, mesh: &MeshDescription) -> Result<Mesh, Scene
     Ok(Mesh { positions, normals, triangles })
 }
 
+/// What only the placed sphere can show: its size, and that it is of one.
+fn check_sphere(index: usize, instance: &Instance, sphere: &Sphere) -> Result<(), SceneError> {
+    let Sphere { center, radius } = *sphere;
+    let small = |p: Vec3| p.abs().max_element() <= MAX_COORDINATE;
+    if radius > 0.0 && small(Vec3::splat(radius)) && small(center) {
+        return Ok(());
+    }
+    Err(SceneError::Invalid {
+        kind: "instance",
+        index,
+        name: instance.name.clone(),
+        field: "transform of the sphere".to_owned(),
+        value: format!("one to {center} with a radius of {radius}"),
+        expected: "coordinates and a radius below 1e18 were expected, the radius above 0".to_owned(),
+    })
+}
+
 /// What only the placed mesh can show: overflow of the transform and triangles without area.
 fn check_placed(index: usize, instance: &Instance, mesh: &Mesh, warnings: &mut Vec<String>) -> Result<(), SceneError> {
-    if let Some((i, p)) = mesh.positions.iter().enumerate().find(|(_, p)| !(p.abs().max_element() <= 1e18)) {
+    if let Some((i, p)) = mesh.positions.iter().enumerate().find(|(_, p)| !(p.abs().max_element() <= MAX_COORDINATE)) {
         return Err(SceneError::Invalid {
             kind: "instance",
             index,
@@ -383,10 +414,11 @@ fn check_placed(index: usize, instance: &Instance, mesh: &Mesh, warnings: &mut V
     }
     let flat = (0..mesh.triangles.len() as u32).filter(|&t| mesh.area(t) == 0.0).count();
     if flat > 0 {
-        warnings.push(format!("instance {index} '{}': {flat} triangles without area are never hit", instance.name));
+        let name = shown(&instance.name);
+        warnings.push(format!("instance {index} '{name}': {flat} triangles without area are never hit"));
     }
     if mesh.triangles.is_empty() {
-        warnings.push(format!("instance {index} '{}' has no triangles", instance.name));
+        warnings.push(format!("instance {index} '{}' has no triangles", shown(&instance.name)));
     }
     Ok(())
 }

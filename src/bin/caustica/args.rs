@@ -7,7 +7,8 @@ use caustica::scene::description::Camera;
 use caustica::transport::options::{CausticOptions, Check, GeometryTerm, LARGEST_AIM, MOST_ITERATIONS, MOST_SEEDS};
 use caustica::transport::roulette::Roulette;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::error::ErrorKind;
+use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
 /// Renders scenes with refractive caustics.
@@ -64,7 +65,8 @@ pub(crate) struct Render {
     /// part of that, and unweighted
     #[arg(long, value_name = "DIR")]
     pub(crate) strategies: Option<PathBuf>,
-    /// Leave out all light but caustics: what smooth glass or mirrors lead to the surface that the camera sees
+    /// Leave out all light but caustics: what mirrors or smooth glass lead to the surface that the camera sees, and rough
+    /// glass where it is crossed by walks (--walked-roughness)
     #[arg(long)]
     pub(crate) caustics_only: bool,
     /// Print errors only
@@ -101,6 +103,43 @@ pub(crate) struct Picture {
 }
 
 impl Picture {
+    /// Ends the program as at any wrong usage if an option was given that this integrator does not look at.
+    pub(crate) fn check_used(&self, integrator: IntegratorName) {
+        let c = &self.connections;
+        let connects = match integrator {
+            IntegratorName::Path | IntegratorName::Light => false,
+            IntegratorName::Mnee => true,
+            IntegratorName::Bdpt => self.caustics != Switch::Off,
+        };
+        let by_contribution = match c.roulette {
+            Some(by) => by == RouletteName::Contribution,
+            None => !c.paper,
+        };
+        let bdpt = integrator == IntegratorName::Bdpt;
+        let used = [
+            ("--caustics on", self.caustics == Switch::On, connects),
+            ("--caustics off", self.caustics == Switch::Off, integrator != IntegratorName::Mnee),
+            ("--paper", c.paper, connects || bdpt),
+            ("--geometry-term", c.geometry_term.is_some(), connects),
+            ("--check", c.check.is_some(), connects),
+            ("--roulette", c.roulette.is_some(), connects),
+            ("--roulette-threshold", c.roulette_threshold.is_some(), connects && by_contribution),
+            ("--seeds", c.seeds.is_some(), connects),
+            ("--search", c.search.is_some(), connects),
+            ("--walked-roughness", c.walked_roughness.is_some(), connects),
+            ("--aim", c.aim.is_some(), bdpt || integrator == IntegratorName::Light),
+            ("--light-subpaths", c.light_subpaths.is_some(), bdpt),
+            ("--walk-iterations", c.walk_iterations.is_some(), connects),
+            ("--walk-tolerance", c.walk_tolerance.is_some(), connects),
+        ];
+        if let Some((option, ..)) = used.iter().find(|(_, given, used)| *given && !used) {
+            let why = if bdpt { "with these settings" } else { "with this integrator" };
+            let name = integrator.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default();
+            let conflict = format!("{option} has no effect {why} (--integrator {name})");
+            Cli::command().error(ErrorKind::ArgumentConflict, conflict).exit();
+        }
+    }
+
     pub(crate) fn backend(&self) -> Backend {
         self.backend.map_or_else(Backend::default, Into::into)
     }

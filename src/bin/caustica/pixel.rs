@@ -17,6 +17,7 @@ use caustica::transport::vertex::{EdgeRecord, on_path};
 use glam::{DVec3, Vec3};
 
 pub(crate) fn run(args: &Pixel) -> Result<(), Failure> {
+    args.picture.check_used(args.integrator);
     let commit = CommitOptions { backend: args.picture.backend(), threads: 0 };
     let (description, world) =
         scene::open(&args.scene, commit, args.picture.connections.walked_roughness, Console { quiet: false })?;

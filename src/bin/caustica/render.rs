@@ -23,6 +23,7 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         let conflict = "--strategies needs --integrator bdpt, mnee or light: a path tracer has no (s, t)";
         Cli::command().error(ErrorKind::ArgumentConflict, conflict).exit();
     }
+    args.picture.check_used(args.integrator);
     let console = Console { quiet: args.quiet };
     // What cannot be written is found out before hours of rendering.
     for path in &args.output {

@@ -4,7 +4,7 @@ use super::error::{GltfError, Object};
 
 /// Memory that the description of a file may still take.
 ///
-/// Views into one buffer may overlap, accessors may be zeros without any bytes, one mesh may stand
+/// Views into one buffer may overlap, accessors may be zeros without any bytes, one long name may stand
 /// at each of many nodes: a small file can describe more than any machine holds. Honest files stay
 /// far below the bound: a vertex of a strip takes at least one byte and becomes at most 44.
 pub(super) struct Budget {

@@ -3,6 +3,7 @@
 use super::container::read_file;
 use super::document::Document;
 use super::error::{GltfError, Object};
+use crate::text::shown;
 use base64::Engine;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use gltf::json::Index;
@@ -111,12 +112,11 @@ impl<'a> Buffers<'a> {
 
 /// The data of a URI, after `data:`.
 fn decode_data(uri: &str, object: &Object) -> Result<Vec<u8>, GltfError> {
-    let shorten = |text: &str| text.chars().take(40).collect::<String>();
     let Some((kind, data)) = uri.split_once(',') else {
-        return Err(object.invalid("uri", format!("data:{}", shorten(uri)), "expected a comma before the data"));
+        return Err(object.invalid("uri", format!("data:{uri}"), "expected a comma before the data"));
     };
     if !kind.ends_with(";base64") {
-        return Err(object.unsupported(format!("a data URI of type '{}' (only base64 is)", shorten(kind))));
+        return Err(object.unsupported(format!("a data URI of type '{}' (only base64 is)", shown(kind))));
     }
     BASE64.decode(data).map_err(|e| object.invalid("uri", "broken base64", e))
 }

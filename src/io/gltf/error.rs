@@ -1,5 +1,6 @@
 //! What can go wrong, and how the objects of a file are named.
 
+use crate::text::shown;
 use std::fmt;
 use std::path::PathBuf;
 
@@ -18,7 +19,7 @@ pub enum GltfError {
     #[error("not a readable glTF 2.0 file: {0}")]
     NotGltf(String),
     /// Legal, but beyond this loader.
-    #[error("{object}: {feature} is not supported")]
+    #[error("{object}: {} is not supported", shown(feature))]
     Unsupported {
         /// Where.
         object: Box<Object>,
@@ -26,7 +27,7 @@ pub enum GltfError {
         feature: String,
     },
     /// A value is against the specification or absurd.
-    #[error("{object}: {field} is {value}; {expected}")]
+    #[error("{object}: {} is {}; {expected}", shown(field), shown(value))]
     Invalid {
         /// Where.
         object: Box<Object>,
@@ -95,7 +96,7 @@ impl fmt::Display for Object {
             write!(f, " {index}")?;
         }
         if !self.name.is_empty() {
-            write!(f, " '{}'", self.name)?;
+            write!(f, " '{}'", shown(&self.name))?;
         }
         Ok(())
     }

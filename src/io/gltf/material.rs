@@ -5,6 +5,7 @@ use super::error::{GltfError, Object};
 use super::extras::Caustica;
 use crate::math::Rgb;
 use crate::scene::description::{Material, Medium, MetallicRoughness, Scattering, WALKED_ROUGHNESS};
+use crate::text::shown;
 use gltf::json::material::AlphaMode;
 use gltf::json::texture::{Info, Texture};
 use gltf::json::validation::Checked;
@@ -177,7 +178,7 @@ fn image_name(document: &Document, texture: Index<Texture>) -> String {
     let object = document.object(found.source);
     let uri = document.root.get(found.source).and_then(|image| image.uri.as_deref());
     match uri.filter(|uri| !uri.starts_with("data:")) {
-        Some(uri) => format!("{object} ({uri})"),
+        Some(uri) => format!("{object} ({})", shown(uri)),
         None if document.root.get(found.source).is_some() => object.to_string(),
         None => document.object(texture).to_string(),
     }

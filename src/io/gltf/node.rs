@@ -123,10 +123,13 @@ impl<'a> Walk<'a> {
         }
         if let Some(light) = light {
             let light = convert_light(self.document, light.light, object, transform, self.warnings)?;
+            self.budget.charge(1, size_of::<Light>() + light.name.len(), object)?;
             self.description.lights.push(light);
         }
         if let Some(camera) = node.camera {
-            self.description.cameras.push(convert_camera(self.document, camera, object, transform)?);
+            let camera = convert_camera(self.document, camera, object, transform)?;
+            self.budget.charge(1, size_of::<Camera>() + camera.name.len(), object)?;
+            self.description.cameras.push(camera);
         }
         Ok(())
     }

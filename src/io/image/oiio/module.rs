@@ -100,12 +100,19 @@ pub(super) fn get() -> Result<&'static Module, Failure> {
 /// is linked into), where an installation puts it, and where the build left it.
 fn candidates() -> Vec<PathBuf> {
     let mut paths = Vec::new();
-    if let Some(directory) = own_file().as_deref().and_then(|file| file.parent()) {
+    let own = own_file();
+    if let Some(directory) = own.as_deref().and_then(|file| file.parent()) {
         paths.push(directory.join(NAME));
         paths.push(directory.join("caustica").join(NAME));
         paths.push(directory.join("../lib/caustica").join(NAME));
     }
-    paths.push(PathBuf::from(env!("CAUSTICA_OIIO_MODULE")));
+    // <profile>/build/<package>/out/<module>. Elsewhere than in that profile, code from there has no business here.
+    let built = PathBuf::from(env!("CAUSTICA_OIIO_MODULE"));
+    if let (Some(own), Some(profile)) = (own, built.ancestors().nth(4))
+        && own.starts_with(profile)
+    {
+        paths.push(built);
+    }
     paths
 }
 

@@ -57,12 +57,6 @@ template<class Body> int32_t guarded(char* message, size_t capacity, Body&& body
         message[length] = 0;
     };
     try {
-        // One thread: the caller has its own, and pools make exits hang.
-        static std::once_flag once;
-        std::call_once(once, [] {
-            OIIO::attribute("threads", 1);
-            OIIO::attribute("exr_threads", 1);
-        });
         body();
         return 0;
     } catch (const std::exception& e) {
@@ -72,6 +66,35 @@ template<class Body> int32_t guarded(char* message, size_t capacity, Body&& body
     }
     return 1;
 }
+
+// One thread for what is read or written while it lives: the caller has its own, and a pool would stay. The attribute for
+// EXR is the process's, so it is put back, for the host may use OpenImageIO, too.
+class OneThread {
+    static std::mutex& mutex()
+    {
+        static std::mutex one_at_a_time;
+        return one_at_a_time;
+    }
+    std::unique_lock<std::mutex> lock;
+    int before = 0;
+
+public:
+    explicit OneThread(const char* format)
+    {
+        if (std::strcmp(format, "openexr") != 0)
+            return;
+        lock = std::unique_lock(mutex());
+        OIIO::getattribute("exr_threads", before);
+        OIIO::attribute("exr_threads", 1);
+    }
+    ~OneThread()
+    {
+        if (lock)
+            OIIO::attribute("exr_threads", before);
+    }
+    OneThread(const OneThread&) = delete;
+    OneThread& operator=(const OneThread&) = delete;
+};
 
 [[noreturn]] void fail(std::string why)
 {
@@ -140,6 +163,7 @@ EXPORT int32_t caustica_oiio_encode(const char* format, const Picture* picture, 
             fail("samples do not fit the size of the picture");
 
         // Outlives the writer, which may still write in its destructor.
+        OneThread one(format);
         std::vector<unsigned char> bytes;
         OIIO::Filesystem::IOVecOutput memory(bytes);
         auto out = OIIO::ImageOutput::create(format, &memory);
@@ -147,6 +171,7 @@ EXPORT int32_t caustica_oiio_encode(const char* format, const Picture* picture, 
             fail(OIIO::geterror());
         if (!out->supports("ioproxy"))
             fail(std::string(format) + ": this OpenImageIO cannot write it to memory");
+        out->threads(1);
         OIIO::ImageSpec spec(picture->width, picture->height, 3, type);
         for (size_t i = 0; i < attribute_count; ++i)
             set(spec, attributes[i]);
@@ -166,6 +191,7 @@ EXPORT int32_t caustica_oiio_decode(const char* format, const uint8_t* data, siz
     return guarded(message, capacity, [&] {
         if (!format || !data || !buffer)
             fail("null argument");
+        OneThread one(format);
         OIIO::Filesystem::IOMemReader memory(data, size);
         OIIO::ImageSpec config;
         // Colour as stored: alpha is left out, so it must not be multiplied in.
@@ -175,6 +201,7 @@ EXPORT int32_t caustica_oiio_decode(const char* format, const uint8_t* data, siz
             fail(OIIO::geterror());
         if (!in->supports("ioproxy") || !in->set_ioproxy(&memory))
             fail(std::string(format) + ": this OpenImageIO cannot read it from memory");
+        in->threads(1);
         OIIO::ImageSpec spec;
         if (!in->open(std::string("memory.") + format, spec, config))
             fail(in->geterror());
