@@ -86,6 +86,18 @@ impl Hosts {
     }
 }
 
+#[cfg(feature = "oiio")]
+#[test]
+fn the_settings_of_a_host_that_uses_openimageio_are_its_own() {
+    let hosts = Hosts::new();
+    let program = hosts.dir.path().join("oiio_host");
+    let flags = text(&must(Command::new("pkg-config").args(["--cflags", "--libs", "OpenImageIO"])).stdout);
+    let mut command = compiler(&["-x", "c++", "-std=c++17", "-Wall"]);
+    command.arg(root().join("tests/c/oiio_host.cpp")).args(["-x", "none", "-o"]).arg(&program);
+    must(command.arg("-L").arg(hosts.dir.path()).arg("-lcaustica").args(flags.split_whitespace()));
+    assert_eq!(hosts.run(&program, &[]), "threads 7, exr_threads 3\n");
+}
+
 #[test]
 fn the_header_compiles_alone_and_twice_as_c_and_as_cpp() {
     let dir = tempfile::tempdir().unwrap();
