@@ -422,9 +422,9 @@ typedef struct caustica_caustic_options {
     float roulette_threshold; /* times the mean radiance: what is always tried, of _CONTRIBUTION alone; 0: 0.5 */
     uint32_t seeds;           /* most walks from one pair of ends, 1 to 3; 0: 3 to lights that cannot be hit, for MNEE,
                                  and where a few samples forecast that it pays, else 1 */
-    float search;             /* probability with which a connection through curved glass searches for one more path, up
-                                 to 1; 0: for BDPT 0.25 to lights that cannot be hit, 0.1 where it is forecast to pay;
-                                 less than 0: none. Needs the exact check */
+    float search;             /* probability with which a connection through curved or faceted glass searches for one
+                                 more path, up to 1; 0: for BDPT 0.25 to lights that cannot be hit, 0.1 where curved
+                                 glass is and it is forecast to pay; less than 0: none. Needs the exact check */
     float aim;                /* share of what light subpaths draw that is aimed at glass, for BDPT and light tracing, up
                                  to 0.95; 0: for BDPT 0.5 where it is forecast to pay; less than 0: none */
     float light_subpaths;     /* of BDPT per sample, 0.001 to 64; 0: 1, or fewer where it is forecast to pay */

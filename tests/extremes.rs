@@ -394,3 +394,36 @@ fn what_no_ray_tracer_holds_is_refused_before_it_is_made() {
     let error = commit(&b.0);
     assert!(matches!(error, Some(SceneError::TooLarge(_))), "{error:?}");
 }
+
+#[test]
+fn what_files_say_at_the_edge_of_what_is_allowed_is_taken() {
+    let mut b = scenes::delta_lights();
+    // pi/2 in single precision is a little more than that.
+    let outer = f64::from(std::f32::consts::FRAC_PI_2);
+    let (position, direction) = (DVec3::new(0.5, 1.5, 0.5), DVec3::NEG_Y);
+    b.light(LightKind::Spot { position, direction, intensity: Rgb::ONE, inner: 0.5, outer });
+    let glossy = |ior, transmission| {
+        Scattering::MetallicRoughness(MetallicRoughness {
+            base_color: Rgb::splat(0.5),
+            metallic: 0.0,
+            roughness: 0.5,
+            ior,
+            specular: 1.0,
+            specular_color: Rgb::splat(0.04),
+            transmission,
+            solid: true,
+            absorption: Rgb::ZERO,
+        })
+    };
+    for (i, ior) in [0.0, 1000.0, f32::MAX].into_iter().enumerate() {
+        let material = b.material(glossy(ior, 0.0));
+        b.mesh(icosphere(0.1, 2, true), material, DAffine3::from_translation(DVec3::new(0.3 * i as f64, 0.2, 0.0)));
+    }
+    let image = &renders(&b.commit(), &settings(Integrator::Bdpt, 16, 8, 0), 0..1)[0];
+    assert!(image.pixels.iter().all(|p| p.is_finite()));
+    // Where light is refracted there is no such glass.
+    let material = b.material(glossy(1000.0, 0.5));
+    b.sphere(DVec3::new(0.0, 0.2, 0.0), 0.1, material);
+    let error = World::commit(&b.0, CommitOptions::default()).err().map(|e| e.to_string()).unwrap_or_default();
+    assert!(error.contains("ior is 1000"), "{error}");
+}

@@ -95,3 +95,40 @@ fn a_point_light_through_waves() {
         assert_eq!(common::run(&world, &settings).statistics.walks.searches > 0, searches, "{integrator:?}");
     }
 }
+
+#[test]
+fn a_point_light_through_a_roof() {
+    // Flat facets have no curvature, and yet there are two ways to what lies under the ridge.
+    let mut b = Builder::default();
+    let (white, glass) = (b.diffuse(0.6), b.glass(1.5, 0.0));
+    b.quad(Vec3::new(-4.0, 0.0, -4.0), Vec3::Z * 8.0, Vec3::X * 8.0, white);
+    let (base, ridge) = (1.0, 1.25);
+    b.mesh(
+        MeshDescription {
+            positions: vec![
+                [-1.0, base, -1.0],
+                [1.0, base, -1.0],
+                [1.0, base, 1.0],
+                [-1.0, base, 1.0],
+                [0.0, ridge, -1.0],
+                [0.0, ridge, 1.0],
+            ],
+            triangles: vec![[0, 1, 2], [0, 2, 3], [0, 3, 5], [0, 5, 4], [1, 4, 5], [1, 5, 2], [0, 4, 1], [3, 2, 5]],
+            ..MeshDescription::default()
+        },
+        glass,
+        DAffine3::IDENTITY,
+    );
+    b.light(LightKind::Point { position: DVec3::new(0.0, 3.0, 0.0), intensity: Vec3::splat(3.0) });
+    b.perspective([0.0, 0.9, 0.9], [0.0, 0.0, 0.0], 0.5);
+    let world = b.commit();
+    let expected = measure("roof", &world, &with(Integrator::Light, 2048, None, None));
+    let ours = measure("roof, searches", &world, &with(Integrator::Mnee, 128, None, Some(0.5)));
+    check_reference("roof, searches", &ours, &expected, (RUNS - 1) as f64, 0.025).unwrap_or_else(|e| panic!("{e}"));
+    let without = measure("roof, no searches", &world, &with(Integrator::Mnee, 64, None, None));
+    let missed = 1.0 - without.total.0 / expected.total.0;
+    eprintln!("missed without searches {:.1} %", 100.0 * missed);
+    assert!((0.05..0.5).contains(&missed), "{missed}");
+    let settings = Settings { caustics: Caustics::On, ..with(Integrator::Bdpt, 1, None, None) };
+    assert!(common::run(&world, &settings).statistics.walks.searches > 0);
+}

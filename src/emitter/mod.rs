@@ -28,6 +28,7 @@ use crate::geometry::{Aim, Shape, SurfacePoint, Targets};
 use crate::math::Rgb;
 use crate::scene::description::{LightKind, Material};
 use choose::Choice;
+pub use choose::MOST_LIGHTS;
 use glam::{DVec3, Vec2, Vec3};
 use infinite::{Environment, SceneDisk};
 use light::{EmittedRay, Light, Link};

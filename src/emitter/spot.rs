@@ -7,7 +7,7 @@
 use crate::geometry::Reach;
 use crate::math::{Frame, Rgb, warp};
 use glam::{DVec3, Vec2, Vec3};
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 /// A spot light.
 #[derive(Clone, Debug)]
@@ -29,14 +29,14 @@ fn one_minus_cos(angle: f64) -> f64 {
 }
 
 impl SpotLight {
-    /// Half-angles in radians.
+    /// Half-angles in radians, the outer one cut at pi/2.
     pub(super) fn new(position: Vec3, direction: DVec3, intensity: Rgb, inner: f64, outer: f64) -> SpotLight {
         SpotLight {
             position,
             intensity,
             axis: direction.normalize_or(DVec3::NEG_Z),
             inner: one_minus_cos(inner),
-            outer: one_minus_cos(outer),
+            outer: one_minus_cos(outer.min(FRAC_PI_2)),
         }
     }
 

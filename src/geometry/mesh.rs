@@ -33,6 +33,12 @@ impl Mesh {
         (0.5 * (p1 - p0).cross(p2 - p0).length()) as f32
     }
 
+    /// Unit normal of a triangle by its winding, if it has an area.
+    pub fn normal(&self, triangle: u32) -> Option<DVec3> {
+        let [p0, p1, p2] = self.corners(triangle).map(|p| p.as_dvec3());
+        (p1 - p0).cross(p2 - p0).try_normalize()
+    }
+
     /// The surface at barycentrics `u` (of the second vertex) and `v` (of the third). The caller
     /// fills in `shape`, which a mesh does not know.
     ///

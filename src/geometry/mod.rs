@@ -25,6 +25,9 @@ pub enum Shape {
     Sphere(Sphere),
 }
 
+/// Facets are parallel within this angle, radians.
+const PARALLEL: f64 = 1e-3;
+
 impl Shape {
     /// The surface at a hit of `ray`.
     #[inline]
@@ -48,6 +51,13 @@ impl Shape {
             }
             Shape::Sphere(_) => true,
         }
+    }
+
+    /// Whether some of its triangles are not parallel: as behind curved glass, several ways may lead through it.
+    pub fn is_faceted(&self) -> bool {
+        let Shape::Mesh(mesh) = self else { return false };
+        let mut normals = (0..mesh.triangles.len() as u32).filter_map(|t| mesh.normal(t));
+        normals.next().is_some_and(|first| normals.any(|n| n.cross(first).length_squared() > PARALLEL * PARALLEL))
     }
 
     /// Radius of the smallest sphere around `center` that holds the shape.

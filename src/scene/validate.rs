@@ -171,7 +171,9 @@ fn validate_scattering(object: &Object, scattering: &Scattering) -> Result<(), S
             object.color("base_color", m.base_color, 1.0)?;
             object.range("metallic", m.metallic as f64, 0.0, 1.0)?;
             object.range("roughness", m.roughness as f64, 0.0, 1.0)?;
-            object.range("ior", m.ior as f64, 1.0, 10.0)?;
+            // Where nothing is refracted it says how much is reflected; 0 and infinity: all.
+            let (least, most) = if m.transmission > 0.0 { (1.0, 10.0) } else { (0.0, f32::MAX) };
+            object.range("ior", m.ior as f64, least, most as f64)?;
             object.range("specular", m.specular as f64, 0.0, 1.0)?;
             // KHR_materials_specular allows colours above 1; the reflectance is clamped to 1 there.
             object.color("specular_color", m.specular_color, f32::MAX)?;
@@ -210,7 +212,8 @@ fn validate_light(object: &Object, kind: &LightKind) -> Result<(), SceneError> {
             object.point("position", position)?;
             object.direction("direction", direction)?;
             object.color("intensity", intensity, f32::MAX)?;
-            object.range("outer", outer, 1e-6, std::f64::consts::FRAC_PI_2)?;
+            // As f32 has it, pi/2 is a little more.
+            object.range("outer", outer, 1e-6, f64::from(std::f32::consts::FRAC_PI_2))?;
             if !(inner >= 0.0 && inner < outer) {
                 return object.fail("inner", inner, &format!("an angle in [0, outer = {outer}) was expected"));
             }

@@ -2,7 +2,7 @@
 
 use super::description::{self, Description, Geometry, Instance, Medium, MeshDescription};
 use super::{SceneError, fingerprint, rebase, validate};
-use crate::emitter::Lights;
+use crate::emitter::{Lights, MOST_LIGHTS};
 use crate::geometry::{Mesh, Ray, Shape, Sphere, SurfacePoint};
 use crate::intersect::{self, Backend, Intersector, MAX_COORDINATE};
 use crate::math::Rgb;
@@ -81,6 +81,8 @@ pub struct Refractor {
     pub radius: f32,
     /// Whether its normal turns, so that several paths may lead through it from one point to another.
     pub curved: bool,
+    /// Whether it has facets that are not parallel.
+    pub faceted: bool,
 }
 
 /// A committed scene.
@@ -168,6 +170,9 @@ impl World {
             description.instances.iter().map(|i| &description.materials[i.material]).collect();
         let kinds: Vec<description::LightKind> = description.lights.iter().map(|l| l.kind).collect();
         let lights = Lights::new(&shapes, &materials, &kinds, description.environment, bounds.0, bounds.1);
+        if lights.len() > MOST_LIGHTS {
+            return Err(SceneError::TooLarge(format!("{} lights; at most {MOST_LIGHTS} are taken", lights.len())));
+        }
         if lights.is_empty() {
             warnings.push("the scene has no light: the image will be black".to_owned());
         }
@@ -326,7 +331,7 @@ fn refractors(shapes: &[Shape], shape_material: &[u32], bsdfs: &[Bsdf]) -> Vec<R
     let refractor = |(shape, (geometry, _)): (u32, (&Shape, &u32))| {
         let (low, high) = padded(geometry.bounds());
         let radius = geometry.radius_about(0.5 * (low + high)) + (high - low).max_element() * 1e-4;
-        Refractor { shape, low, high, radius, curved: geometry.is_curved() }
+        Refractor { shape, low, high, radius, curved: geometry.is_curved(), faceted: geometry.is_faceted() }
     };
     refracting.map(refractor).collect()
 }

@@ -85,7 +85,8 @@ pub struct CausticOptions {
     /// [`MOST_SEEDS`]. By default all to lights that cannot be hit, since nothing else may find that chain, and for
     /// manifold next-event estimation; elsewhere where a few samples before the render forecast that it pays.
     pub seeds: Option<u32>,
-    /// Probability with which a connection through curved glass searches for one more chain, with [`Check::Exact`] only.
+    /// Probability with which a connection through curved or faceted glass searches for one more chain, with
+    /// [`Check::Exact`] only.
     /// By default [`SEARCH`] to lights that cannot be hit and, where there is none, [`LAMP_SEARCH`] wherever a few samples
     /// before the render forecast that it pays; never for manifold next-event estimation.
     pub search: Option<f32>,

@@ -26,18 +26,17 @@ const LEAST_PRESUMED: f64 = 1e-3;
 impl Tracer<'_> {
     /// Probability with which a connection of these ends searches for one more chain.
     pub(super) fn search_probability(&self, b: &Endpoint, seen: &Seen) -> f32 {
-        let by_default = match b {
-            Endpoint::Point(_) | Endpoint::Infinite(_) if self.world.requirements.delta_lights => SEARCH,
-            _ => self.search,
-        };
-        let probability = self.options.search.unwrap_or(by_default);
-        let curved = |shape| {
+        let delta = matches!(b, Endpoint::Point(_) | Endpoint::Infinite(_)) && self.world.requirements.delta_lights;
+        let probability = self.options.search.unwrap_or(if delta { SEARCH } else { self.search });
+        // Through facets where nothing else finds the light, or on demand: panes, too, have their edges.
+        let facets = delta || self.options.search.is_some();
+        let several = |shape| {
             let found = self.refractors.binary_search_by_key(&shape, |r| r.shape);
-            found.is_ok_and(|i| self.refractors[i].curved)
+            found.is_ok_and(|i| self.refractors[i].curved || (facets && self.refractors[i].faceted))
         };
         let searches = probability > 0.0
             && self.options.check == Check::Exact
-            && seen.seed.crossings().iter().any(|crossing| curved(crossing.interface));
+            && seen.seed.crossings().iter().any(|crossing| several(crossing.interface));
         if searches { probability } else { 0.0 }
     }
 

@@ -113,7 +113,7 @@ fn a_volume_absorbs_by_its_colour_and_distance() {
     // Black is opaque: finite, and nothing passes.
     let black =
         volume(json!({"thicknessFactor": 1, "attenuationColor": [0, 0, 0], "attenuationDistance": 1})).absorption;
-    assert!(black.is_finite() && (-black.x).exp() < 1e-37);
+    assert!(black.is_finite() && (-black.x * 1e-9).exp() < 1e-37, "a nanometre of it");
 }
 
 #[test]

@@ -133,6 +133,13 @@ fn hierarchies_are_bounded_in_depth_not_by_the_stack() {
 }
 
 #[test]
+fn nothing_is_as_small_as_zero() {
+    let loaded = chain([json!({"scale": [0, 0, 0]}), json!({}), json!({})]).load().unwrap();
+    assert_eq!(loaded.description.instances.len(), 0);
+    assert_warns(&loaded, &["node 2", "hidden"]);
+}
+
+#[test]
 fn singular_transforms_name_their_node() {
     let flat = |nodes| {
         let error = chain(nodes).error();
@@ -140,7 +147,6 @@ fn singular_transforms_name_their_node() {
         assert!(error.ends_with("expected an invertible one"), "{error}");
     };
     flat([json!({}), json!({}), json!({"scale": [1, 0, 1]})]);
-    flat([json!({"scale": [0, 0, 0]}), json!({}), json!({})]);
     // A flat one, turned: no entry is zero.
     flat([
         json!({"rotation": [0.1, 0.2, 0.3, 0.9]}),

@@ -211,7 +211,8 @@ pub(crate) struct Connections {
     /// [default: 3 to lights that cannot be hit, for mnee, and for bdpt where a few samples forecast that it pays; else 1]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SEEDS)))]
     pub(crate) seeds: Option<u32>,
-    /// Probability with which a connection through curved glass searches for one more path, from a random direction
+    /// Probability with which a connection through curved or faceted glass searches for one more path, from a random
+    /// direction
     /// [default: for bdpt 0.25 to lights that cannot be hit, 0.1 where it is forecast to pay, else 0]
     #[arg(long, value_name = "P", value_parser = unit)]
     pub(crate) search: Option<f32>,

@@ -108,6 +108,9 @@ fn convert(
     })
 }
 
+/// Absorption of what lets nothing through, 1/m.
+const OPAQUE: f32 = 1e30;
+
 /// `-ln(attenuationColor) / attenuationDistance` per channel, 1/m (`KHR_materials_volume`,
 /// "Absorption"); `None` where nothing is absorbed.
 fn absorption(volume: &json::extensions::material::Volume, object: &Object) -> Result<Option<Rgb>, GltfError> {
@@ -124,9 +127,9 @@ fn absorption(volume: &json::extensions::material::Volume, object: &Object) -> R
     if distance == f32::INFINITY {
         return Ok(None);
     }
-    // Black would be an infinite coefficient; the smallest number transmits nothing either. The
-    // outer `max` turns the -0 of white into 0.
-    let coefficient = color.map(|c| (-c.max(f32::MIN_POSITIVE).ln()).max(0.0) / distance);
+    // Black would be an infinite coefficient; this one transmits nothing either, however thin the glass. `max` turns the
+    // -0 of white into 0.
+    let coefficient = color.map(|c| if c == 0.0 { OPAQUE } else { (-c.ln()).max(0.0) / distance });
     Ok(Some(object.all_finite("-ln(attenuationColor) / attenuationDistance", coefficient)?.into()))
 }
 

@@ -115,6 +115,11 @@ impl<'a> Walk<'a> {
         if sphere.is_none() && node.mesh.is_none() && light.is_none() && node.camera.is_none() {
             return Ok(());
         }
+        if transform.matrix3 == DMat3::ZERO && light.is_none() && node.camera.is_none() {
+            // Exporters hide by a scale of 0 what is not to be seen ([glTF] 3.5.2).
+            self.warnings.push(format!("{object}: hidden by a scale of 0, it is left out"));
+            return Ok(());
+        }
         check_invertible(transform, object)?;
         match (sphere, node.mesh) {
             (Some(radius), mesh) => self.place_sphere(radius, mesh, object, transform)?,
