@@ -344,7 +344,7 @@ pub(super) fn look(world: &World, view: &View, settings: &Settings, cancel: &Can
     };
     let decides_number =
         bidirectional && connects && settings.caustic_options.light_subpaths.is_none() && !settings.per_technique;
-    // Walks through flat glass find what there is.
+    // Through flat glass, walks find all but what other facets lead to, and that is left to hits of the lamp.
     let refractors = world.walked.as_ref().map_or(&world.refractors, |walked| &walked.refractors);
     let curved = refractors.iter().any(|r| r.curved);
     let decides_seeds = bidirectional && connects && settings.caustic_options.seeds.is_none() && curved;
