@@ -216,6 +216,11 @@ mutation("starts: the way back by the indices of the way there", "src/manifold/s
          "back = refract(back, vertex.ns, crossing.n_o, crossing.n_i)?;",
          "back = refract(back, vertex.ns, crossing.n_i, crossing.n_o)?;",
          ("lib", "the_way_back_is_exact"))
+mutation("search: facets are no reason for one", "src/transport/search.rs",
+         "self.refractors[i].curved || (facets && self.refractors[i].faceted)", "self.refractors[i].curved",
+         ("waves", "roof"))
+mutation("lights: chosen more finely than random numbers are", "src/emitter/choose.rs",
+         "(sum * STEPS).round() - before", "sum * STEPS - before", ("lib", "each_of_many_lights"))
 mutation("search: the known chain counted again", "src/transport/search.rs",
          "look().filter(|edge| known.is_none_or(|known| !known.is(edge)))",
          "look()",
