@@ -8,17 +8,18 @@ fn allowed() -> BTreeMap<&'static str, Vec<&'static str>> {
     BTreeMap::from([
         ("math", vec![]),
         ("pool", vec![]),
+        ("text", vec![]),
         ("geometry", vec!["math", "intersect"]),
         ("intersect", vec!["math", "geometry"]),
         ("manifold", vec!["math", "geometry"]),
         ("scatter", vec!["math", "geometry", "scene"]),
         ("camera", vec!["math", "geometry", "scene"]),
         ("emitter", vec!["math", "geometry", "scene", "camera"]),
-        ("scene", vec!["math", "geometry", "intersect", "scatter", "emitter", "camera", "pool"]),
+        ("scene", vec!["math", "geometry", "intersect", "scatter", "emitter", "camera", "pool", "text"]),
         ("transport", vec!["math", "geometry", "scene", "scatter", "emitter", "camera", "manifold"]),
         ("integrator", vec!["math", "geometry", "scene", "scatter", "camera", "transport"]),
         ("render", vec!["math", "pool", "camera", "scene", "transport", "integrator"]),
-        ("io", vec!["math", "scene", "render"]),
+        ("io", vec!["math", "scene", "render", "text"]),
         ("capi", vec!["math", "geometry", "pool", "scene", "render", "io", "intersect", "transport"]),
     ])
 }
