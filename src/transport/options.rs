@@ -8,10 +8,12 @@ use crate::manifold::{OTHER_STARTS, WalkSettings};
 /// 18 % of Figure 4a's caustics).
 pub const LARGEST_TOLERANCE: f64 = 1e-5;
 
-/// Smallest: rounding keeps walks from much less, and what never converges finds nothing.
+/// Smallest: rounding keeps walks from much less, and what never converges finds nothing. With it walks find as many
+/// chains as with 1e-8 (water 94 %, eye 50 %, glass_sphere 100 % of the connections), in 0.6 to 0.8 steps more.
 pub const LEAST_TOLERANCE: f64 = 1e-13;
 
-/// Largest [`CausticOptions::max_iterations`]: a render can be cancelled between paths, not within a walk.
+/// Largest [`CausticOptions::max_iterations`]: a render can be cancelled between paths, not within a walk, and so many
+/// steps of 1.5 microseconds take 6 ms. Hardly a walk that arrives takes 64.
 pub const MOST_ITERATIONS: u32 = 4096;
 
 /// Which geometry term of a chain enters the weights. Contributions always have the exact one, so both
