@@ -206,10 +206,10 @@ fn path_tracing() {
 
 #[test]
 fn manifold_next_event_estimation() {
-    agrees(Integrator::Mnee, 300, [0.01, 0.015, 0.01, 0.01, 0.01, 0.005]);
+    agrees(Integrator::Mnee, 150, [0.01, 0.015, 0.01, 0.01, 0.01, 0.005]);
 }
 
 #[test]
 fn bidirectional() {
-    agrees(Integrator::Bdpt, 300, [0.01, 0.015, 0.01, 0.01, 0.01, 0.005]);
+    agrees(Integrator::Bdpt, 150, [0.01, 0.015, 0.01, 0.01, 0.01, 0.005]);
 }

@@ -94,85 +94,77 @@ fn world(d: &Description) -> World {
     World::commit(d, CommitOptions::default()).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Renders of the plain scene and of a similar one, as [`check_same`].
-fn check_similar(name: &str, builder: &Builder, scale: f64, shift: DVec3, tolerance: f64) {
-    let plain = on_grid(builder.0.clone());
-    let name = format!("{name}, scale {scale:e}, shift {shift}");
+/// Renders of the plain scene and of similar ones (scale and shift), as [`check_same`].
+fn check_similar(name: &str, builder: &Builder, changes: &[(f64, DVec3)], tolerance: f64) {
     let bases = [Integrator::Path, Integrator::Bdpt].map(|i| Settings { max_depth: 7, ..settings(i, 32, 16, 0) });
-    check_same(&name, &plain, &similar(&plain, scale, shift), &bases, tolerance);
+    check_all_similar(name, builder, changes, &bases, tolerance);
 }
 
-/// Renders of two scenes that should look the same. Blocks: the difference is within its noise (4
-/// standard errors) but for `tolerance` of the block's value, which rounding may cost; the mean's bias is
-/// below `tolerance`.
-fn check_same(name: &str, plain: &Description, changed: &Description, bases: &[Settings], tolerance: f64) {
+fn check_all_similar(name: &str, builder: &Builder, changes: &[(f64, DVec3)], bases: &[Settings], tolerance: f64) {
+    let plain = on_grid(builder.0.clone());
+    let changed = changes
+        .iter()
+        .map(|&(scale, shift)| (format!("{name}, scale {scale:e}, shift {shift}"), similar(&plain, scale, shift)));
+    check_same(&plain, &changed.collect::<Vec<_>>(), bases, tolerance);
+}
+
+/// Renders of a scene and of those, with their names, that should look the same. Blocks: the difference is within its
+/// noise (4 standard errors) but for `tolerance` of the block's value, which rounding may cost; the mean's bias is below
+/// `tolerance`.
+fn check_same(plain: &Description, changed: &[(String, Description)], bases: &[Settings], tolerance: f64) {
     let mut wrong = Vec::new();
     for base in bases {
         let seed = first_seed("similar");
-        let name = format!("{name}, {:?}", base.integrator);
         let runs = |d: &Description| {
             let images = renders(&world(d), base, seed..seed + RUNS);
             images.iter().map(|i| block_means(i, BLOCK)).collect::<Vec<_>>()
         };
-        let (a, b) = (runs(changed), runs(plain));
-        let mut totals = vec![0.0; RUNS as usize];
-        let mut level = 0.0;
-        let mut worst = 0.0f64;
-        for block in 0..a[0].len() {
-            let differences: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a[block] - b[block]).collect();
-            let value = b.iter().map(|b| b[block]).sum::<f64>() / b.len() as f64;
-            let (d, error) = mean_and_error(&differences);
-            totals.iter_mut().zip(&differences).for_each(|(t, d)| *t += d);
-            level += value;
-            worst = worst.max(d.abs() / value);
-            if d.abs() > 4.0 * error + tolerance * value {
-                wrong.push(format!("{name}: block {block} differs by {d} +- {error} of {value}"));
+        let b = runs(plain);
+        for (name, changed) in changed {
+            let name = format!("{name}, {:?}", base.integrator);
+            let a = runs(changed);
+            let mut totals = vec![0.0; RUNS as usize];
+            let mut level = 0.0;
+            let mut worst = 0.0f64;
+            for block in 0..a[0].len() {
+                let differences: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a[block] - b[block]).collect();
+                let value = b.iter().map(|b| b[block]).sum::<f64>() / b.len() as f64;
+                let (d, error) = mean_and_error(&differences);
+                totals.iter_mut().zip(&differences).for_each(|(t, d)| *t += d);
+                level += value;
+                worst = worst.max(d.abs() / value);
+                if d.abs() > 4.0 * error + tolerance * value {
+                    wrong.push(format!("{name}: block {block} differs by {d} +- {error} of {value}"));
+                }
             }
+            let (d, error) = mean_and_error(&totals);
+            eprintln!("{name}: largest difference of a block {:.3} %", 100.0 * worst);
+            wrong.extend(check_bias(&name, d / level, error / level, RUNS as f64 - 1.0, tolerance).err());
         }
-        let (d, error) = mean_and_error(&totals);
-        eprintln!("{name}: largest difference of a block {:.3} %", 100.0 * worst);
-        wrong.extend(check_bias(&name, d / level, error / level, RUNS as f64 - 1.0, tolerance).err());
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-#[test]
-fn ten_thousand_times_smaller() {
-    check_similar("everything", &everything(), 1e-4, DVec3::ZERO, 0.002);
+/// A millionth of the size, a million times as large, and ten kilometres away.
+fn sizes() -> [(f64, DVec3); 3] {
+    [(1e-6, 0.0), (1e6, 0.0), (1.0, 1e4)].map(|(scale, shift)| (scale, DVec3::splat(shift)))
 }
 
 #[test]
-fn ten_thousand_times_larger() {
-    check_similar("everything", &everything(), 1e4, DVec3::ZERO, 0.002);
-}
-
-#[test]
-fn a_million_times_smaller() {
-    check_similar("everything", &everything(), 1e-6, DVec3::ZERO, 0.002);
-}
-
-#[test]
-fn a_million_times_larger() {
-    check_similar("everything", &everything(), 1e6, DVec3::ZERO, 0.002);
-}
-
-#[test]
-fn ten_kilometres_away() {
-    check_similar("everything", &everything(), 1.0, DVec3::new(1e4, -1e4, 1e4), 0.002);
+fn everything_at_all_sizes() {
+    let mut changes: Vec<_> = [1e-6, 1e-4, 1e4, 1e6].map(|scale| (scale, DVec3::ZERO)).into();
+    changes.push((1.0, DVec3::new(1e4, -1e4, 1e4)));
+    check_similar("everything", &everything(), &changes, 0.002);
 }
 
 #[test]
 fn delta_lights_at_all_sizes() {
-    for (scale, shift) in [(1e-6, 0.0), (1e6, 0.0), (1.0, 1e4)] {
-        check_similar("delta lights", &scenes::delta_lights(), scale, DVec3::splat(shift), 0.002);
-    }
+    check_similar("delta lights", &scenes::delta_lights(), &sizes(), 0.002);
 }
 
 #[test]
 fn an_environment_at_all_sizes() {
-    for (scale, shift) in [(1e-6, 0.0), (1e6, 0.0), (1.0, 1e4)] {
-        check_similar("environment", &scenes::environment(), scale, DVec3::splat(shift), 0.002);
-    }
+    check_similar("environment", &scenes::environment(), &sizes(), 0.002);
 }
 
 /// A small ball of glass close above the floor, under a lamp and a pane, all seen through another.
@@ -219,12 +211,8 @@ fn under_a_point_light() -> Builder {
 #[test]
 fn caustics_at_all_sizes() {
     for (name, b) in [("lamp", under_a_small_lamp()), ("point light", under_a_point_light())] {
-        let plain = on_grid(b.0.clone());
-        for (scale, shift) in [(1e-6, 0.0), (1e6, 0.0), (1.0, 1e4)] {
-            let name = format!("caustics, {name}, scale {scale:e}, shift {shift}");
-            let changed = similar(&plain, scale, DVec3::splat(shift));
-            check_same(&name, &plain, &changed, &[Integrator::Mnee, Integrator::Bdpt].map(connected), 0.002);
-        }
+        let bases = [Integrator::Mnee, Integrator::Bdpt].map(connected);
+        check_all_similar(&format!("caustics, {name}"), &b, &sizes(), &bases, 0.002);
     }
 }
 
@@ -241,7 +229,7 @@ fn caustics_at_the_rim_of_a_large_scene() {
         let black = far.diffuse(0.0);
         far.quad(Vec3::new(-512.0, 0.0, 0.0), Vec3::X, Vec3::Y, black);
         let name = format!("caustics at the rim, {name}");
-        check_same(&name, &plain, &far.0, &bases, 0.002);
+        check_same(&plain, &[(name, far.0)], &bases, 0.002);
     }
 }
 

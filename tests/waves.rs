@@ -62,10 +62,11 @@ fn a_lamp_through_waves() {
         let lamp = b.lamp(4.0);
         b.quad(Vec3::new(1.0, 2.0, -0.5), Vec3::X, Vec3::Z, lamp);
     });
-    let expected = measure("lamp", &world, &with(Integrator::Light, 2048, None, None));
-    for (seeds, search) in [(1, None), (MOST_SEEDS, None), (MOST_SEEDS, Some(0.25))] {
+    let expected = measure("lamp", &world, &with(Integrator::Light, 1024, None, None));
+    // What searches find varies most.
+    for (seeds, search, samples) in [(1, None, 64), (MOST_SEEDS, None, 64), (MOST_SEEDS, Some(0.25), 256)] {
         let name = format!("lamp, at most {seeds} walks, searches {search:?}");
-        let ours = measure(&name, &world, &with(Integrator::Mnee, 256, Some(seeds), search));
+        let ours = measure(&name, &world, &with(Integrator::Mnee, samples, Some(seeds), search));
         check_reference(&name, &ours, &expected, (RUNS - 1) as f64, 0.025).unwrap_or_else(|e| panic!("{e}"));
     }
     let [one, all] = [1, MOST_SEEDS].map(|seeds| walks(&world, seeds));
@@ -80,11 +81,9 @@ fn a_point_light_through_waves() {
     let light = LightKind::Point { position: DVec3::new(1.5, 2.0, 0.0), intensity: Vec3::splat(3.0) };
     let world = under_waves(|b| b.light(light));
     let expected = measure("point light", &world, &with(Integrator::Light, 2048, None, None));
-    for probability in [0.25, 0.6] {
-        let name = format!("point light, searches with {probability}");
-        let ours = measure(&name, &world, &with(Integrator::Mnee, 256, None, Some(probability)));
-        check_reference(&name, &ours, &expected, (RUNS - 1) as f64, 0.025).unwrap_or_else(|e| panic!("{e}"));
-    }
+    let name = "point light, searches";
+    let ours = measure(name, &world, &with(Integrator::Mnee, 256, None, Some(0.25)));
+    check_reference(name, &ours, &expected, (RUNS - 1) as f64, 0.025).unwrap_or_else(|e| panic!("{e}"));
     let without = measure("point light, no searches", &world, &with(Integrator::Mnee, 128, None, None));
     let missed = 1.0 - without.total.0 / expected.total.0;
     eprintln!("missed without searches {:.1} %", 100.0 * missed);
@@ -122,7 +121,7 @@ fn a_point_light_through_a_roof() {
     b.light(LightKind::Point { position: DVec3::new(0.0, 3.0, 0.0), intensity: Vec3::splat(3.0) });
     b.perspective([0.0, 0.9, 0.9], [0.0, 0.0, 0.0], 0.5);
     let world = b.commit();
-    let expected = measure("roof", &world, &with(Integrator::Light, 2048, None, None));
+    let expected = measure("roof", &world, &with(Integrator::Light, 1024, None, None));
     let ours = measure("roof, searches", &world, &with(Integrator::Mnee, 128, None, Some(0.5)));
     check_reference("roof, searches", &ours, &expected, (RUNS - 1) as f64, 0.025).unwrap_or_else(|e| panic!("{e}"));
     let without = measure("roof, no searches", &world, &with(Integrator::Mnee, 64, None, None));
