@@ -52,15 +52,20 @@ pub(crate) fn z_scores(a: &Blocks, b: &Blocks) -> Vec<f64> {
     (0..a.mean.len()).map(z).collect()
 }
 
-/// Whether z-scores look like N(0, 1), at a family-wise level of about 1e-3: no score beyond the
-/// Bonferroni bound widened for the t distribution with `degrees` of freedom, mean square within its
-/// own 4 sigma. Returns what is wrong.
+/// What none of `n` z-scores is beyond with a probability of 0.999 (Bonferroni), if their errors are estimated with
+/// `degrees` of freedom.
+pub(crate) fn largest_z(n: usize, degrees: f64) -> f64 {
+    let student = statrs::distribution::StudentsT::new(0.0, 1.0, degrees).expect("degrees of freedom");
+    statrs::distribution::ContinuousCDF::inverse_cdf(&student, 1.0 - 0.5e-3 / n as f64)
+}
+
+/// Whether z-scores look like N(0, 1), at a family-wise level of about 1e-3: no score beyond [`largest_z`], mean
+/// square within its own 4 sigma. Returns what is wrong.
 pub(crate) fn check_normal(name: &str, z: &[f64], degrees: f64) -> Result<(), String> {
     let n = z.len() as f64;
     // Student's t: variance d/(d-2), and a heavier tail.
     let variance = degrees / (degrees - 2.0);
-    let student = statrs::distribution::StudentsT::new(0.0, 1.0, degrees).map_err(|e| e.to_string())?;
-    let bound = statrs::distribution::ContinuousCDF::inverse_cdf(&student, 1.0 - 0.5e-3 / n);
+    let bound = largest_z(z.len(), degrees);
     let worst = z.iter().fold(0.0f64, |m, v| m.max(v.abs()));
     let mean_square = z.iter().map(|v| v * v).sum::<f64>() / n;
     // Variance of t²: kurtosis of t is 3 + 6/(d-4).
