@@ -312,7 +312,7 @@ typedef struct caustica_light_desc {
     double position[3];  /* world space */
     double direction[3]; /* the way the light travels, any length but 0 */
     double inner_angle;  /* half-angle of full intensity */
-    double outer_angle;  /* half-angle of no intensity: above inner_angle, at most pi/2 */
+    double outer_angle;  /* half-angle of no intensity: inner_angle or more, at most pi/2 */
     float intensity[3];  /* point, spot: W/sr; directional: irradiance perpendicular to it, W/m^2 */
     uint32_t reserved;
 } caustica_light_desc;

@@ -16,6 +16,7 @@ use common::oracle::{BIAS_LIMIT, check_bias, check_pairs, first_seed, renders};
 use common::stats::{block_means, mean_and_error};
 use common::{Builder, icosphere, scenes, settings};
 use glam::{DAffine3, DVec3, Vec3};
+use std::f64::consts::PI;
 
 const RUNS: u64 = 8;
 const BLOCK: u32 = 4;
@@ -414,4 +415,39 @@ fn what_files_say_at_the_edge_of_what_is_allowed_is_taken() {
     b.sphere(DVec3::new(0.0, 0.2, 0.0), 0.1, material);
     let error = World::commit(&b.0, CommitOptions::default()).err().map(|e| e.to_string()).unwrap_or_default();
     assert!(error.contains("ior is 1000"), "{error}");
+}
+
+/// A ball of glass as modellers write it, by longitude and latitude: its poles are rings of vertices 1e-16 apart.
+fn globe(columns: u32, rows: u32) -> MeshDescription {
+    let at = |row: u32, column: u32| {
+        let (theta, phi) = (PI * f64::from(row) / f64::from(rows), 2.0 * PI * f64::from(column) / f64::from(columns));
+        [-phi.cos() * theta.sin(), theta.cos(), phi.sin() * theta.sin()].map(|x| x as f32)
+    };
+    let corner = |row, column| row * (columns + 1) + column;
+    let cell = |row, column| {
+        let [a, b, c, d] =
+            [(row, column + 1), (row, column), (row + 1, column), (row + 1, column + 1)].map(|(r, c)| corner(r, c));
+        [(row > 0).then_some([a, b, d]), (row + 1 < rows).then_some([b, c, d])]
+    };
+    let cells = (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column)));
+    MeshDescription {
+        name: "globe".to_owned(),
+        positions: (0..=rows).flat_map(|row| (0..=columns).map(move |column| at(row, column))).collect(),
+        triangles: cells.flat_map(|(row, column)| cell(row, column)).flatten().collect(),
+        ..MeshDescription::default()
+    }
+}
+
+#[test]
+fn what_is_below_a_pole_is_not_within_glass() {
+    for (columns, rows) in [(24, 16), (32, 32), (64, 32), (64, 64), (128, 64)] {
+        let mut b = Builder::default();
+        let glass = b.glass(1.5, 0.0);
+        b.mesh(globe(columns, rows), glass, DAffine3::IDENTITY);
+        b.perspective([0.0, -3.0, 0.0], [0.0, -4.0, 0.1], 0.5);
+        let world = b.commit();
+        let [below, within] = [-3.0, 0.0].map(|y| world.medium_at(Vec3::new(0.0, y, 0.0)));
+        assert_eq!(world.media[below as usize].ior, 1.0, "{columns}x{rows}");
+        assert_eq!(world.media[within as usize].ior, 1.5, "{columns}x{rows}");
+    }
 }

@@ -32,7 +32,7 @@ impl Object<'_> {
         if value >= low && value <= high {
             return Ok(());
         }
-        self.fail(field, value, &format!("a number in [{low}, {high}] was expected"))
+        self.fail(field, value, &format!("a number in [{}, {}] was expected", short(low), short(high)))
     }
 
     fn color(&self, field: &str, value: Rgb, high: f32) -> Result<(), SceneError> {
@@ -110,6 +110,11 @@ pub(super) fn validate(d: &Description) -> Result<(), SceneError> {
         return Err(SceneError::Empty("shape and no environment"));
     }
     Ok(())
+}
+
+/// Without hundreds of zeros.
+fn short(bound: f64) -> String {
+    if bound == 0.0 || (1e-7..1e7).contains(&bound.abs()) { bound.to_string() } else { format!("{bound:e}") }
 }
 
 fn validate_mesh(object: &Object, mesh: &MeshDescription) -> Result<(), SceneError> {
@@ -214,8 +219,8 @@ fn validate_light(object: &Object, kind: &LightKind) -> Result<(), SceneError> {
             object.color("intensity", intensity, f32::MAX)?;
             // As f32 has it, pi/2 is a little more.
             object.range("outer", outer, 1e-6, f64::from(std::f32::consts::FRAC_PI_2))?;
-            if !(inner >= 0.0 && inner < outer) {
-                return object.fail("inner", inner, &format!("an angle in [0, outer = {outer}) was expected"));
+            if !(inner >= 0.0 && inner <= outer) {
+                return object.fail("inner", inner, &format!("an angle in [0, outer = {outer}] was expected"));
             }
             Ok(())
         }

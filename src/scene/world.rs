@@ -262,16 +262,24 @@ impl World {
         if m.absorption == Rgb::ZERO { Rgb::ONE } else { (-m.absorption * length.min(f32::MAX)).exp() }
     }
 
-    /// The medium around a point in space: that of the near side of the first refracting surface
-    /// along a ray, vacuum if there is none. Surfaces that do not refract are passed.
+    /// The medium around a point in space: that of the near side of the first refracting surface upward, vacuum if
+    /// there is none. Surfaces that do not refract are passed.
     pub fn medium_at(&self, p: Vec3) -> MediumId {
-        self.probe(Ray { origin: p, direction: Vec3::Y, t_max: f32::INFINITY })
+        self.probe(Vec3::Y, |direction| Ray { origin: p, direction, t_max: f32::INFINITY })
     }
 
-    fn probe(&self, mut ray: Ray) -> MediumId {
+    /// What most of [`PROBES`] about an axis meet: some may slip through a pole or a seam that is not quite closed.
+    fn probe(&self, axis: Vec3, ray: impl Fn(Vec3) -> Ray) -> MediumId {
         if !self.requirements.media {
             return 0;
         }
+        let (u, v) = axis.any_orthonormal_pair();
+        let found = PROBES.map(|[x, y]| self.medium_along(ray((axis + u * x + v * y).normalize())));
+        let votes = |medium: &MediumId| found.iter().filter(|m| *m == medium).count();
+        found.into_iter().max_by_key(votes).unwrap_or(0)
+    }
+
+    fn medium_along(&self, mut ray: Ray) -> MediumId {
         // Each step leaves one surface behind; the count guards against coincident surfaces.
         for _ in 0..1000 {
             let Some(hit) = self.intersector.closest(&ray) else { return 0 };
@@ -301,7 +309,7 @@ impl World {
                 }
                 Shape::Sphere(sphere) => sphere.at(glam::DVec3::Y),
             };
-            media[light as usize] = [self.probe(Ray::leaving(&at, at.ng)), self.probe(Ray::leaving(&at, -at.ng))];
+            media[light as usize] = [at.ng, -at.ng].map(|axis| self.probe(axis, |d| Ray::leaving(&at, d)));
         }
         for (light, medium) in media.iter_mut().enumerate() {
             if let Some(p) = self.lights.position(light as u32) {
@@ -311,6 +319,10 @@ impl World {
         media
     }
 }
+
+/// Offsets, across an axis of length 1, of the rays that ask for the medium around a point: near the axis, for what is
+/// open elsewhere (a surface of water), and on none of the planes and axes that models are symmetric about.
+const PROBES: [[f32; 2]; 5] = [[0.013, 0.029], [0.071, -0.047], [-0.083, -0.061], [-0.037, 0.109], [0.127, 0.053]];
 
 /// The materials for caustic connections, if some of them have rough refraction to walk through.
 fn walked(description: &Description, bsdfs: &[Bsdf]) -> Option<Vec<Bsdf>> {

@@ -167,6 +167,12 @@ fn other_versions_are_refused() {
 }
 
 #[test]
+fn a_byte_order_mark_and_scenes_without_nodes_are_taken() {
+    let text = "\u{feff}{\"asset\": {\"version\": \"2.0\"}, \"scenes\": [{}]}";
+    assert!(load_slice(text.as_bytes(), None).unwrap().description.instances.is_empty());
+}
+
+#[test]
 fn extensions_are_supported_required_or_told() {
     let mut builder = Builder::triangle();
     // The crate's validator refuses two of these.
@@ -188,6 +194,10 @@ fn extensions_are_supported_required_or_told() {
         builder.error(),
         "asset: extension 'KHR_draco_mesh_compression', which the file requires, is not supported"
     );
+    // Textures are left out, with what moves them.
+    builder.json["extensionsRequired"] = json!(["KHR_texture_transform"]);
+    builder.json["extensionsUsed"] = json!(["KHR_texture_transform\u{1b}]0;title"]);
+    assert_warns(&builder.load().unwrap(), &["extension 'KHR_texture_transform\\u{1b}]0;title'"]);
 }
 
 #[test]

@@ -192,6 +192,37 @@ fn a_shared_vertex_buffer_is_cut_to_what_a_primitive_uses() {
 }
 
 #[test]
+fn vertices_of_no_triangle_are_left_out() {
+    // As many corners as vertices: one of them stands for none.
+    let mesh = only_mesh(&row(4, Some((5121, &[0, 1, 3, 0, 3, 4]))));
+    assert_eq!(mesh.positions, [ROW[0], ROW[1], ROW[3], ROW[4]]);
+    assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3]]);
+}
+
+#[test]
+fn normals_without_direction_are_those_of_the_faces_around() {
+    let mut builder = Builder::triangle();
+    let normals = builder.vectors(&[[0.0, 1.0, 0.0], [0.0; 3], [f32::NAN, 0.0, 0.0]]);
+    builder.json["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = normals.into();
+    let loaded = builder.load().unwrap();
+    assert_eq!(loaded.description.meshes[0].normals, [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 1.0]]);
+    assert_warns(&loaded, &["mesh 0", "primitives[0].attributes.NORMAL", "2 of length 0"]);
+}
+
+#[test]
+fn meshes_over_the_same_accessors_are_one() {
+    let mut builder = Builder::triangle();
+    let primitives = builder.json["meshes"][0]["primitives"].clone();
+    builder.push("materials", json!({}));
+    let other = builder.mesh(primitives);
+    builder.json["meshes"][other]["primitives"][0]["material"] = json!(0);
+    builder.root(json!({"mesh": other}));
+    let description = builder.load().unwrap().description;
+    assert_eq!((description.meshes.len(), description.instances.len()), (1, 2));
+    assert_ne!(description.instances[0].material, description.instances[1].material);
+}
+
+#[test]
 fn each_primitive_is_a_mesh_that_nodes_share() {
     let mut builder = Builder::new();
     let (a, b) = (builder.vectors(&CORNERS), builder.vectors(&ROW[..3]));

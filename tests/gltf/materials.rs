@@ -234,6 +234,31 @@ fn transparency_is_told() {
 }
 
 #[test]
+fn what_writers_get_wrong_is_taken() {
+    // Infinity is no JSON, and JavaScript writes null for it; what is not solid has no use for it.
+    for volume in [
+        json!({"thicknessFactor": 1, "attenuationDistance": null, "attenuationColor": [0.5, 1, 1]}),
+        json!({"attenuationDistance": 0}),
+    ] {
+        let material = with(json!({"name": "m", "extensions": {"KHR_materials_volume": volume}})).load().unwrap();
+        let Scattering::MetallicRoughness(model) = material.description.materials[0].scattering else { panic!() };
+        assert_eq!(model.absorption, Rgb::ZERO);
+        assert_eq!(material.description.materials[0].name, "m");
+    }
+    let rounded =
+        with(json!({"pbrMetallicRoughness": {"baseColorFactor": [1.0000001, 0.5, 1.001, 1]}})).load().unwrap();
+    let Scattering::MetallicRoughness(model) = rounded.description.materials[0].scattering else { panic!() };
+    assert_eq!(model.base_color, Rgb::new(1.0, 0.5, 1.001));
+}
+
+#[test]
+fn what_transmission_leaves_out_is_told() {
+    let loaded = with(json!({"extensions": {
+        "KHR_materials_transmission": {"transmissionFactor": 0.5}, "KHR_materials_specular": {"specularFactor": 0}}}));
+    assert_warns(&loaded.load().unwrap(), &["material 0", "specularFactor and specularColorFactor are ignored"]);
+}
+
+#[test]
 fn numbers_without_bounds_are_errors() {
     // 1e39 is legal JSON, but infinite in single precision.
     let volume = |volume: Value| json!({"extensions": {"KHR_materials_volume": volume}});
@@ -258,12 +283,12 @@ fn numbers_without_bounds_are_errors() {
             "transmissionFactor is inf",
         ),
         (volume(json!({"thicknessFactor": 1e39})), "thicknessFactor is inf"),
-        (volume(json!({"attenuationDistance": 0})), "attenuationDistance is 0"),
-        (volume(json!({"attenuationDistance": -1})), "attenuationDistance is -1"),
-        (volume(json!({"attenuationColor": [1, 1, 1.5]})), "attenuationColor[2] is 1.5"),
-        (volume(json!({"attenuationColor": [-0.5, 1, 1]})), "attenuationColor[0] is -0.5"),
+        (volume(json!({"thicknessFactor": 1, "attenuationDistance": 0})), "attenuationDistance is 0"),
+        (volume(json!({"thicknessFactor": 1, "attenuationDistance": -1})), "attenuationDistance is -1"),
+        (volume(json!({"thicknessFactor": 1, "attenuationColor": [1, 1, 1.5]})), "attenuationColor[2] is 1.5"),
+        (volume(json!({"thicknessFactor": 1, "attenuationColor": [-0.5, 1, 1]})), "attenuationColor[0] is -0.5"),
         (
-            volume(json!({"attenuationColor": [0.5, 1, 1], "attenuationDistance": 1e-40})),
+            volume(json!({"thicknessFactor": 1, "attenuationColor": [0.5, 1, 1], "attenuationDistance": 1e-40})),
             "-ln(attenuationColor) / attenuationDistance[0] is inf",
         ),
     ];

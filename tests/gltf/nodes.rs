@@ -137,14 +137,19 @@ fn nothing_is_as_small_as_zero() {
     let loaded = chain([json!({"scale": [0, 0, 0]}), json!({}), json!({})]).load().unwrap();
     assert_eq!(loaded.description.instances.len(), 0);
     assert_warns(&loaded, &["node 2", "hidden"]);
+    let mut builder = Builder::new();
+    builder.light(json!({"type": "point"}), json!({"scale": [0, 0, 0]}));
+    let loaded = builder.load().unwrap();
+    assert_eq!(loaded.description.lights.len(), 0);
+    assert_warns(&loaded, &["node 0", "hidden"]);
 }
 
 #[test]
-fn singular_transforms_name_their_node() {
+fn what_a_transform_flattens_is_left_out() {
     let flat = |nodes| {
-        let error = chain(nodes).error();
-        assert!(error.starts_with("node 2: transform to world is "), "{error}");
-        assert!(error.ends_with("expected an invertible one"), "{error}");
+        let loaded = chain(nodes).load().unwrap();
+        assert_eq!(loaded.description.instances.len(), 0);
+        assert_warns(&loaded, &["node 2", "flattened by its scale, it is left out"]);
     };
     flat([json!({}), json!({}), json!({"scale": [1, 0, 1]})]);
     // A flat one, turned: no entry is zero.
@@ -154,7 +159,9 @@ fn singular_transforms_name_their_node() {
         json!({"rotation": [0.5, 0.1, 0.7, 0.5]}),
     ]);
     let large = json!({"scale": [1e38, 1e38, 1e38]});
-    flat([large.clone(), large.clone(), large.clone()]);
+    let error = chain([large.clone(), large.clone(), large.clone()]).error();
+    assert!(error.starts_with("node 2: transform to world is "), "{error}");
+    assert!(error.ends_with("expected a finite one"), "{error}");
     // Small is not singular, and a node that carries nothing may hide behind zero.
     let small = chain([json!({"scale": [1e-20, 1e-20, 1e-20]}), json!({"scale": [1e-9, 1, 1]}), json!({})]);
     assert_eq!(scene(&small).instances.len(), 1);

@@ -32,6 +32,8 @@ pub(super) fn read_file(path: &Path) -> Result<Vec<u8>, GltfError> {
 
 /// Tells `.glb` from `.gltf` by its first bytes and finds the chunks.
 pub(super) fn split(bytes: &[u8]) -> Result<Container<'_>, GltfError> {
+    // Some editors put a byte order mark before the text (RFC 8259, 8.1, lets a parser ignore it).
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     if !bytes.starts_with(b"glTF") {
         return match bytes.iter().find(|b| !b.is_ascii_whitespace()) {
             Some(b'{') => Ok(Container { json: bytes, bin: None }),

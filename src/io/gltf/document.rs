@@ -1,6 +1,7 @@
 //! The JSON document: parsed within bounds, asked only through checked look-ups.
 
 use super::error::{GltfError, Object};
+use crate::text::shown;
 use gltf::json::extensions::scene::khr_lights_punctual::Light;
 use gltf::json::{self, Index, Root};
 use serde_json::Value;
@@ -14,6 +15,10 @@ const SUPPORTED: [&str; 6] = [
     "KHR_materials_transmission",
     "KHR_materials_volume",
 ];
+
+/// Extensions of textures, which are left out with them.
+const OF_TEXTURES: [&str; 5] =
+    ["EXT_texture_avif", "EXT_texture_webp", "KHR_texture_basisu", "KHR_texture_transform", "MSFT_texture_dds"];
 
 /// Most objects and list items of a document together. Each takes up to a kilobyte when parsed,
 /// and a JSON parser cannot be told to stop when memory is short.
@@ -49,7 +54,8 @@ impl<'a> Document<'a> {
     pub(super) fn parse(json: &'a [u8], warnings: &mut Vec<String>) -> Result<Self, GltfError> {
         check_text(json)?;
         let asset = Object { kind: "asset", index: None, name: String::new() };
-        let root: Root = json::deserialize::from_slice(json).map_err(|e| match literal(json, "/asset/version") {
+        let parsed = json::deserialize::from_slice(json).or_else(|e| mended(json).ok_or(e));
+        let root: Root = parsed.map_err(|e| match literal(json, "/asset/version") {
             // Other versions differ in their types too: say what is really wrong.
             Some(Value::String(v)) if !v.starts_with("2.") => asset.unsupported(format!("glTF version {v}")),
             _ => GltfError::NotGltf(format!("its JSON does not fit: {e}")),
@@ -61,13 +67,13 @@ impl<'a> Document<'a> {
             return Err(asset.unsupported(format!("glTF version {version}, which the file requires,")));
         }
         for name in &root.extensions_required {
-            if !SUPPORTED.contains(&name.as_str()) {
+            if !SUPPORTED.contains(&name.as_str()) && !OF_TEXTURES.contains(&name.as_str()) {
                 return Err(asset.unsupported(format!("extension '{name}', which the file requires,")));
             }
         }
         for name in &root.extensions_used {
             if !SUPPORTED.contains(&name.as_str()) {
-                warnings.push(format!("extension '{name}' is not supported and ignored"));
+                warnings.push(format!("extension '{}' is not supported and ignored", shown(name)));
             }
         }
         for (count, what) in [(root.animations.len(), "animations"), (root.skins.len(), "skins")] {
@@ -103,6 +109,27 @@ impl<'a> Document<'a> {
     pub(super) fn literal(&self, pointer: &str) -> String {
         literal(self.json, pointer).map_or("unknown".into(), |value| value.to_string())
     }
+}
+
+/// A second try at what some writers get wrong and what the typed document insists on: values that are null instead of
+/// absent, as infinity becomes in JavaScript, and scenes without nodes.
+fn mended(json: &[u8]) -> Option<Root> {
+    fn without_nulls(value: &mut Value) {
+        match value {
+            Value::Object(map) => {
+                map.retain(|_, value| !value.is_null());
+                map.values_mut().for_each(without_nulls);
+            }
+            Value::Array(list) => list.iter_mut().for_each(without_nulls),
+            _ => {}
+        }
+    }
+    let mut value: Value = serde_json::from_slice(json).ok()?;
+    without_nulls(&mut value);
+    for scene in value.get_mut("scenes").and_then(Value::as_array_mut).into_iter().flatten() {
+        scene.as_object_mut()?.entry("nodes").or_insert_with(|| Value::Array(Vec::new()));
+    }
+    json::deserialize::from_slice(&serde_json::to_vec(&value).ok()?).ok()
 }
 
 fn literal(json: &[u8], pointer: &str) -> Option<Value> {

@@ -1,6 +1,7 @@
 //! `extras.caustica`: what glTF has no word for.
 
 use super::error::{GltfError, Object};
+use crate::text::shown;
 use gltf::json::Extras;
 use serde_json::{Map, Value};
 
@@ -69,7 +70,7 @@ impl<'a> Caustica<'a> {
     /// Warns about what nobody asked for: likely a misspelling.
     pub(super) fn finish(self, warnings: &mut Vec<String>) {
         for key in self.map.keys() {
-            warnings.push(format!("{}: extras.caustica.{key} is unknown and ignored", self.object));
+            warnings.push(format!("{}: extras.caustica.{} is unknown and ignored", self.object, shown(key)));
         }
     }
 

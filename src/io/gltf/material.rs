@@ -55,7 +55,7 @@ fn convert(
     let transmission = extensions.transmission.unwrap_or_default();
     let volume = extensions.volume.unwrap_or_default();
 
-    let [r, g, b, _] = object.all_finite("baseColorFactor", pbr.base_color_factor.0)?;
+    let [r, g, b, _] = object.all_finite("baseColorFactor", pbr.base_color_factor.0)?.map(rounded_down);
     let solid = object.finite("thicknessFactor", volume.thickness_factor.0)? > 0.0;
     let model = MetallicRoughness {
         base_color: Rgb::new(r, g, b),
@@ -66,8 +66,12 @@ fn convert(
         specular_color: object.all_finite("specularColorFactor", specular.specular_color_factor.0)?.into(),
         transmission: object.finite("transmissionFactor", transmission.transmission_factor.0)?,
         solid,
-        absorption: absorption(&volume, object)?.filter(|_| solid).unwrap_or(Rgb::ZERO),
+        absorption: if solid { absorption(&volume, object)?.unwrap_or(Rgb::ZERO) } else { Rgb::ZERO },
     };
+    if model.transmission > 0.0 && (model.specular, model.specular_color) != (1.0, Rgb::ONE) {
+        let what = "specularFactor and specularColorFactor are ignored where light is transmitted";
+        warnings.push(format!("{object}: {what}: its reflection is that of its ior"));
+    }
 
     let strength = extensions.emissive_strength.unwrap_or_default().emissive_strength.0;
     let strength = object.finite("emissiveStrength", strength)?;
@@ -87,7 +91,9 @@ fn convert(
     ];
     for (slot, texture) in textures {
         if let Some(texture) = texture {
-            warnings.push(format!("{object}: {slot} is ignored: {}", image_name(document, texture)));
+            let everywhere =
+                if slot == "emissiveTexture" && emission != [0.0; 3] { ", it glows everywhere" } else { "" };
+            warnings.push(format!("{object}: {slot} is ignored{everywhere}: {}", image_name(document, texture)));
         }
     }
     match material.alpha_mode {
@@ -106,6 +112,11 @@ fn convert(
         emission_two_sided: material.double_sided,
         walked_roughness: WALKED_ROUGHNESS,
     })
+}
+
+/// A factor that was meant to be 1 but for a writer's rounding.
+fn rounded_down(factor: f32) -> f32 {
+    if factor > 1.0 && factor < 1.0 + 1e-5 { 1.0 } else { factor }
 }
 
 /// Absorption of what lets nothing through, 1/m.

@@ -6,8 +6,10 @@ use super::buffer::Buffers;
 use super::document::Document;
 use super::error::{GltfError, Object};
 use crate::scene::description::MeshDescription;
+use glam::{DVec3, Vec3};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
+use std::collections::HashMap;
 
 /// Converts primitive `number` of the mesh `object`; `None`, with a warning, if it has no
 /// triangles.
@@ -83,19 +85,7 @@ pub(super) fn convert(
         None => corners.extend(0..corner_count as u32),
     }
 
-    // Writers share one vertex buffer among many primitives: keep the vertices this one uses.
-    let used = if corners.len() < positions.count {
-        let mut used = reserve(corners.len(), object)?;
-        used.extend_from_slice(&corners);
-        used.sort_unstable();
-        used.dedup();
-        for corner in &mut corners {
-            *corner = used.partition_point(|&vertex| vertex < *corner) as u32;
-        }
-        Some(used)
-    } else {
-        None
-    };
+    let used = compact(&mut corners, positions.count, object)?;
     let vertex_count = used.as_ref().map_or(positions.count, Vec::len);
     let gather = |from: &Accessor, budget: &mut Budget| -> Result<Vec<[f32; 3]>, GltfError> {
         budget.charge(vertex_count, size_of::<[f32; 3]>(), object)?;
@@ -122,12 +112,70 @@ pub(super) fn convert(
         warn(&format!("primitives[{number}] has no triangle and is skipped"));
         return Ok(None);
     }
-    Ok(Some(MeshDescription {
-        name: format!("{}[{number}]", object.label()),
-        positions: gather(&positions, budget)?,
-        normals: normals.map(|normals| gather(&normals, budget)).transpose()?.unwrap_or_default(),
-        triangles,
-    }))
+    let positions = gather(&positions, budget)?;
+    let mut normals = normals.map(|normals| gather(&normals, budget)).transpose()?.unwrap_or_default();
+    let replaced = replace_unusable(&mut normals, &positions, &triangles);
+    if replaced > 0 {
+        let name = field("attributes.NORMAL");
+        warn(&format!("{name}: {replaced} of length 0 or not finite are replaced by those of the faces around"));
+    }
+    Ok(Some(MeshDescription { name: format!("{}[{number}]", object.label()), positions, normals, triangles }))
+}
+
+/// Leaves out the vertices that no corner names, in which case it returns the others: writers share one vertex buffer
+/// among many primitives, and what is far from all triangles would widen every bound.
+fn compact(corners: &mut [u32], count: usize, object: &Object) -> Result<Option<Vec<u32>>, GltfError> {
+    let used = if corners.len() < count {
+        let mut used = reserve(corners.len(), object)?;
+        used.extend_from_slice(corners);
+        used.sort_unstable();
+        used.dedup();
+        used
+    } else {
+        let mut is_used = reserve(count, object)?;
+        is_used.resize(count, false);
+        for &corner in corners.iter() {
+            is_used[corner as usize] = true;
+        }
+        let number = is_used.iter().filter(|used| **used).count();
+        if number == count {
+            return Ok(None);
+        }
+        let mut used = reserve(number, object)?;
+        // `count` of an accessor fits 32 bits.
+        used.extend((0..count as u32).filter(|&vertex| is_used[vertex as usize]));
+        used
+    };
+    for corner in corners {
+        *corner = used.partition_point(|&vertex| vertex < *corner) as u32;
+    }
+    Ok(Some(used))
+}
+
+/// Normals without a direction, as modellers leave them at faces without area, become the mean of the faces around,
+/// weighted by area, or +y where that has none either. Returns their number.
+fn replace_unusable(normals: &mut [[f32; 3]], positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> usize {
+    let usable = |n: &[f32; 3]| {
+        let n = Vec3::from(*n);
+        n.is_finite() && n != Vec3::ZERO
+    };
+    let unusable: Vec<usize> = (0..normals.len()).filter(|&i| !usable(&normals[i])).collect();
+    if unusable.is_empty() {
+        return 0;
+    }
+    let mut sums: HashMap<usize, DVec3> = unusable.iter().map(|&i| (i, DVec3::ZERO)).collect();
+    for triangle in triangles {
+        let [a, b, c] = triangle.map(|v| Vec3::from(positions[v as usize]).as_dvec3());
+        for vertex in triangle {
+            if let Some(sum) = sums.get_mut(&(*vertex as usize)) {
+                *sum += (b - a).cross(c - a);
+            }
+        }
+    }
+    for (vertex, sum) in sums {
+        normals[vertex] = sum.try_normalize().unwrap_or(DVec3::Y).as_vec3().to_array();
+    }
+    unusable.len()
 }
 
 /// Triangles of a list of corners, counter-clockwise, in the order of \[glTF\] 3.7.2.1.

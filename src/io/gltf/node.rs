@@ -13,7 +13,7 @@ use crate::scene::description::{
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use gltf::json::camera::Type as CameraType;
 use gltf::json::extensions::scene::khr_lights_punctual::{self, Type as LightType};
-use gltf::json::mesh::Primitive;
+use gltf::json::mesh::{Primitive, Semantic};
 use gltf::json::validation::Checked;
 use gltf::json::{self, Index};
 use std::collections::HashMap;
@@ -64,10 +64,40 @@ struct Walk<'a> {
     budget: &'a mut Budget,
     warnings: &'a mut Vec<String>,
     description: Description,
-    /// Mesh and primitive of the file, to mesh of the description; `None` for one without
-    /// triangles.
-    meshes: HashMap<(usize, usize), Option<usize>>,
+    /// Mesh of the description by what it is made of; `None` for one without triangles.
+    meshes: HashMap<MeshKey, Option<usize>>,
     default_material: Option<usize>,
+}
+
+/// Primitives of one key are the same triangles: writers give each material a mesh of its own, over the same accessors.
+#[derive(PartialEq, Eq, Hash)]
+enum MeshKey {
+    Triangles {
+        mode: u32,
+        positions: usize,
+        normals: Option<usize>,
+        indices: Option<usize>,
+    },
+    /// What is not rendered as it stands has warnings of its own.
+    Other {
+        mesh: usize,
+        primitive: usize,
+    },
+}
+
+impl MeshKey {
+    fn of(primitive: &Primitive, mesh: Index<json::Mesh>, number: usize) -> MeshKey {
+        let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).map(Index::value);
+        match (primitive.mode, attribute(Semantic::Positions)) {
+            (Checked::Valid(mode), Some(positions)) if primitive.targets.is_none() => MeshKey::Triangles {
+                mode: mode.as_gl_enum(),
+                positions,
+                normals: attribute(Semantic::Normals),
+                indices: primitive.indices.map(|i| i.value()),
+            },
+            _ => MeshKey::Other { mesh: mesh.value(), primitive: number },
+        }
+    }
 }
 
 /// A node to be visited.
@@ -115,12 +145,13 @@ impl<'a> Walk<'a> {
         if sphere.is_none() && node.mesh.is_none() && light.is_none() && node.camera.is_none() {
             return Ok(());
         }
-        if transform.matrix3 == DMat3::ZERO && light.is_none() && node.camera.is_none() {
+        if !is_invertible(transform, object)? {
             // Exporters hide by a scale of 0 what is not to be seen ([glTF] 3.5.2).
-            self.warnings.push(format!("{object}: hidden by a scale of 0, it is left out"));
+            let how =
+                if transform.matrix3 == DMat3::ZERO { "hidden by a scale of 0" } else { "flattened by its scale" };
+            self.warnings.push(format!("{object}: {how}, it is left out"));
             return Ok(());
         }
-        check_invertible(transform, object)?;
         match (sphere, node.mesh) {
             (Some(radius), mesh) => self.place_sphere(radius, mesh, object, transform)?,
             (None, Some(mesh)) => self.place_mesh(mesh, object, transform)?,
@@ -145,7 +176,8 @@ impl<'a> Walk<'a> {
         let mesh = document.get(index, node, "mesh")?;
         let object = document.object(index);
         for (number, primitive) in mesh.primitives.iter().enumerate() {
-            let shape = match self.meshes.get(&(index.value(), number)) {
+            let key = MeshKey::of(primitive, index, number);
+            let shape = match self.meshes.get(&key) {
                 Some(&shape) => shape,
                 None => {
                     let shape = self.convert_primitive(primitive, number, &object)?;
@@ -153,7 +185,7 @@ impl<'a> Walk<'a> {
                         self.description.meshes.push(shape);
                         self.description.meshes.len() - 1
                     });
-                    self.meshes.insert((index.value(), number), shape);
+                    self.meshes.insert(key, shape);
                     shape
                 }
             };
@@ -227,7 +259,8 @@ fn local_transform(node: &json::Node, object: &Object) -> Result<DAffine3, GltfE
     if let Some(matrix) = node.matrix {
         let m = object.all_finite("matrix", matrix)?.map(f64::from);
         let last_row = [m[3], m[7], m[11], m[15]];
-        if last_row != [0.0, 0.0, 0.0, 1.0] {
+        // Products of matrices are rounded.
+        if last_row.iter().zip([0.0, 0.0, 0.0, 1.0]).any(|(x, exact)| (x - exact).abs() > 1e-5) {
             return Err(object.invalid("matrix, last row", format!("{last_row:?}"), "expected [0, 0, 0, 1]"));
         }
         let column = |i: usize| DVec3::new(m[4 * i], m[4 * i + 1], m[4 * i + 2]);
@@ -247,15 +280,16 @@ fn local_transform(node: &json::Node, object: &Object) -> Result<DAffine3, GltfE
     Ok(DAffine3::from_scale_rotation_translation(scale, rotation.normalize(), translation))
 }
 
-fn check_invertible(transform: DAffine3, object: &Object) -> Result<(), GltfError> {
+/// Whether a transform keeps volumes, or an error if it is not finite.
+fn is_invertible(transform: DAffine3, object: &Object) -> Result<bool, GltfError> {
     let m = transform.matrix3;
     let volume = m.determinant();
     let bound = SINGULAR * m.x_axis.length() * m.y_axis.length() * m.z_axis.length();
-    if transform.is_finite() && volume.abs() > bound && volume.is_finite() {
-        return Ok(());
+    if transform.is_finite() && volume.is_finite() {
+        return Ok(volume.abs() > bound);
     }
     let columns = [m.x_axis, m.y_axis, m.z_axis].map(|c| c.to_array());
-    Err(object.invalid("transform to world", format!("{columns:?}"), "expected an invertible one"))
+    Err(object.invalid("transform to world", format!("{columns:?}"), "expected a finite one"))
 }
 
 /// `KHR_lights_punctual`: photometric units are taken as radiometric ones, per channel.
