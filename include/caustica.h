@@ -443,7 +443,9 @@ typedef struct caustica_render_desc {
     uint32_t max_depth;     /* segments of the longest path, 1 is light seen directly; 0: 12 */
     uint64_t seed;          /* selects the random numbers; the image depends on it and not on threads, but on the
                                make of processor in the last place of what Embree hits */
-    double time_limit_seconds; /* ends with the pass that runs at this time; 0: no limit */
+    double time_limit_seconds; /* ends with the pass that runs at this time; 0: no limit. The samples before the first
+                                  pass, which decide on caustics, are drawn in any case: up to some seconds of a
+                                  thread */
     uint32_t num_threads;   /* 0: the device's */
     uint32_t caustics_only; /* 1: all light is left out but what mirrors and smooth glass lead to the surface that the
                                camera sees, and rough glass where it is crossed by walks; else 0 */

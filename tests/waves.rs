@@ -13,7 +13,7 @@ use caustica::transport::options::{CausticOptions, MOST_SEEDS};
 use caustica::transport::walk_count::WalkCount;
 use common::oracle::{check_reference, first_seed, renders};
 use common::stats::{Blocks, blocks};
-use common::{Builder, grid};
+use common::{Builder, grid, icosphere};
 use glam::{DAffine3, DVec3, Vec3};
 
 const RUNS: u64 = 16;
@@ -130,4 +130,36 @@ fn a_point_light_through_a_roof() {
     assert!((0.05..0.5).contains(&missed), "{missed}");
     let settings = Settings { caustics: Caustics::On, ..with(Integrator::Bdpt, 1, None, None) };
     assert!(common::run(&world, &settings).statistics.walks.searches > 0);
+}
+
+#[test]
+fn a_spot_through_a_cut_stone() {
+    // Each of many facets is seldom found by a search. Were the weights to take it for often, what the light image finds
+    // at ease would be left to rare and bright finds.
+    let mut b = Builder::default();
+    let (white, glass) = (b.diffuse(0.6), b.glass(1.5, 0.0));
+    b.quad(Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0, white);
+    b.mesh(icosphere(0.5, 1, false), glass, DAffine3::from_translation(DVec3::Y * 0.6));
+    b.light(LightKind::Spot {
+        position: DVec3::new(-1.0, 2.0, 1.0),
+        direction: DVec3::new(1.0, -1.7, -1.0),
+        intensity: Vec3::splat(20.0),
+        inner: 0.2,
+        outer: 0.6,
+    });
+    b.perspective([0.0, 1.6, 3.2], [0.0, 0.4, 0.0], 0.7);
+    let world = b.commit();
+    let with_search = |search| Settings {
+        caustics: Caustics::On,
+        caustics_only: true,
+        max_depth: 8,
+        ..with(Integrator::Bdpt, 64, None, Some(search))
+    };
+    let name = "cut stone, searches";
+    let [without, always] = [0.0, 1.0].map(|search| measure(name, &world, &with_search(search)));
+    check_reference(name, &always, &without, (RUNS - 1) as f64, 0.05).unwrap_or_else(|e| panic!("{e}"));
+    let noise = |b: &Blocks| b.error.iter().map(|e| e * e).sum::<f64>();
+    let ratio = noise(&always) / noise(&without);
+    eprintln!("variance with searches over that without {ratio:.2}");
+    assert!(ratio < 2.0, "{ratio}");
 }

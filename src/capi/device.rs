@@ -181,9 +181,13 @@ fn check_process(pointer: DevicePointer) -> Result<(), Failure> {
 guard::export! {
     /// Makes a device.
     free fn caustica_device_create(options: In<DeviceOptions>, device: Out<DevicePointer>) = create;
+}
 
+guard::symbol! {
     /// Ends a device and all that belongs to it.
-    free fn caustica_device_release(device: DevicePointer) = release;
+    fn caustica_device_release(device: DevicePointer) -> i32 {
+        guard::about_device(device, || release(device))
+    }
 }
 
 fn create(options: In<DeviceOptions>, device: Out<DevicePointer>) -> Result<i32, Failure> {
@@ -246,6 +250,7 @@ fn try_backend(backend: Backend) -> Result<(), Failure> {
         let code = match error {
             intersect::BackendError::Missing(_) => ERROR_UNSUPPORTED,
             intersect::BackendError::Incompatible(_) => ERROR_INCOMPATIBLE_VERSION,
+            intersect::BackendError::OutOfMemory { .. } => ERROR_OUT_OF_MEMORY,
             intersect::BackendError::Failed { .. } => ERROR_BACKEND,
         };
         Failure { parameter: "backend".to_owned(), ..Failure::new(code, error.to_string()) }

@@ -79,6 +79,11 @@ pub(super) fn with_device(
     enter(pointer, callback_safe, &mut found, |found| body(found.insert(device::find(pointer)?)))
 }
 
+/// Body of a function that a device does not outlive; what goes wrong is still said of it.
+pub(super) fn about_device(pointer: DevicePointer, body: impl FnOnce() -> Result<i32, Failure>) -> i32 {
+    enter(pointer, false, &mut None, |_| body())
+}
+
 /// Body of a function that takes none.
 pub(super) fn without_device(body: impl FnOnce() -> Result<i32, Failure>) -> i32 {
     enter(DevicePointer::null(), false, &mut None, |_| body())

@@ -74,7 +74,13 @@ fn failure(error: GltfError) -> Failure {
     let text = error.to_string();
     let with = |code, parameter: String| Failure { parameter, ..Failure::new(code, text.as_str()) };
     match error {
+        GltfError::Io { source, .. } if source.kind() == std::io::ErrorKind::OutOfMemory => {
+            with(ERROR_OUT_OF_MEMORY, "path".to_owned())
+        }
         GltfError::Io { .. } => with(ERROR_IO, "path".to_owned()),
+        GltfError::OutOfMemory { object, .. } => {
+            Failure { object_name: object.name.clone(), ..with(ERROR_OUT_OF_MEMORY, "path".to_owned()) }
+        }
         GltfError::NotGltf(_) => with(ERROR_INVALID_ARGUMENT, "path".to_owned()),
         GltfError::Unsupported { object, feature } => {
             Failure { object_name: object.name.clone(), ..with(ERROR_UNSUPPORTED, feature) }

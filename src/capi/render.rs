@@ -409,13 +409,19 @@ fn wait(device: &Arc<Device>, render: Handle<Render>, timeout_seconds: f64) -> R
 fn poll(device: &Arc<Device>, render: Handle<Render>, progress: OutStruct<Progress>) -> Result<i32, Failure> {
     let place = progress.required("progress")?;
     let render = device.renders.get(render)?;
-    let state = match lock(&render.finished).as_deref().map(|finished| &finished.result) {
+    let finished = lock(&render.finished).clone();
+    let mut latest = *lock(&render.latest);
+    let state = match finished.as_deref().map(|finished| &finished.result) {
         None => STATE_RUNNING,
-        Some(Ok(output)) if output.cancelled => STATE_CANCELLED,
-        Some(Ok(_)) => STATE_DONE,
+        Some(Ok(output)) => {
+            // A cancelled render makes no last report.
+            let statistics = &output.statistics;
+            (latest.samples, latest.rays) = (statistics.samples, statistics.rays());
+            latest.elapsed = Duration::from_secs_f64(statistics.render_seconds);
+            if output.cancelled { STATE_CANCELLED } else { STATE_DONE }
+        }
         Some(Err(_)) => STATE_FAILED,
     };
-    let latest = *lock(&render.latest);
     place.write(&to_host(&latest, state));
     Ok(OK)
 }

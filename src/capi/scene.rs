@@ -15,6 +15,7 @@ use crate::math::Rgb;
 use crate::scene::description::{self, Description};
 use crate::scene::{CommitOptions, World};
 use std::collections::{BTreeMap, HashMap};
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 use std::time::Instant;
 
@@ -154,8 +155,15 @@ fn commit(device: &Arc<Device>, scene: Handle<Scene>, report: OutStruct<CommitRe
     let contents = scene.edit()?;
     let (description, origins) = describe(&contents)?;
     let options = CommitOptions { backend: device.backend, threads: device.threads };
-    let world = World::commit(&description, options)
-        .map_err(|error| origins.explain(error).object_if_none(OBJECT_SCENE, scene.id, ""))?;
+    // The contents are only read: what goes wrong inside must not poison their lock.
+    let committed = match catch_unwind(AssertUnwindSafe(|| World::commit(&description, options))) {
+        Ok(committed) => committed,
+        Err(panic) => {
+            drop(contents);
+            resume_unwind(panic)
+        }
+    };
+    let world = committed.map_err(|error| origins.explain(error).object_if_none(OBJECT_SCENE, scene.id, ""))?;
     let snapshot = Arc::new(Snapshot { world, cameras: origins.cameras });
     *scene.snapshot.lock().unwrap_or_else(PoisonError::into_inner) = Some(snapshot.clone());
     drop(contents);

@@ -15,6 +15,7 @@ pub use surface::SurfacePoint;
 pub use targets::{Aim, Reach, Targets};
 
 use crate::intersect::Hit;
+use glam::Vec3;
 
 /// A shape in world space.
 #[derive(Clone, Debug)]
@@ -53,15 +54,17 @@ impl Shape {
         }
     }
 
-    /// Whether some of its triangles are not parallel: as behind curved glass, several ways may lead through it.
-    pub fn is_faceted(&self) -> bool {
-        let Shape::Mesh(mesh) = self else { return false };
+    /// Its triangles, if some of them are not parallel: as behind curved glass, several ways may lead through it. Else 0.
+    pub fn facets(&self) -> u32 {
+        let Shape::Mesh(mesh) = self else { return 0 };
         let mut normals = (0..mesh.triangles.len() as u32).filter_map(|t| mesh.normal(t));
-        normals.next().is_some_and(|first| normals.any(|n| n.cross(first).length_squared() > PARALLEL * PARALLEL))
+        let first = normals.next();
+        let several = first.is_some_and(|f| normals.any(|n| n.cross(f).length_squared() > PARALLEL * PARALLEL));
+        if several { mesh.triangles.len() as u32 } else { 0 }
     }
 
     /// Radius of the smallest sphere around `center` that holds the shape.
-    pub fn radius_about(&self, center: glam::Vec3) -> f32 {
+    pub fn radius_about(&self, center: Vec3) -> f32 {
         match self {
             Shape::Mesh(mesh) => mesh.positions.iter().map(|p| p.distance(center)).fold(0.0, f32::max),
             Shape::Sphere(s) => s.center.distance(center) + s.radius,
@@ -69,11 +72,11 @@ impl Shape {
     }
 
     /// World-space corners of the bounding box.
-    pub fn bounds(&self) -> (glam::Vec3, glam::Vec3) {
+    pub fn bounds(&self) -> (Vec3, Vec3) {
         match self {
             Shape::Mesh(mesh) => mesh.bounds(),
             Shape::Sphere(s) => {
-                let r = glam::Vec3::splat(s.radius);
+                let r = Vec3::splat(s.radius);
                 (s.center - r, s.center + r)
             }
         }

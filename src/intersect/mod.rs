@@ -69,6 +69,14 @@ pub enum BackendError {
     /// The library found at run time is not the one compiled against.
     #[error("{0}")]
     Incompatible(String),
+    /// The memory does not suffice.
+    #[error("{backend}: {message}")]
+    OutOfMemory {
+        /// Its name.
+        backend: &'static str,
+        /// Its words.
+        message: String,
+    },
     /// The backend refused or failed.
     #[error("{backend}: {message}")]
     Failed {

@@ -2,7 +2,7 @@
 
 use super::{Image, job::RenderError};
 use crate::math::{Rgb, luminance};
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 /// Sums over whole passes, one sample per pixel with its light subpaths in each.
 pub struct Film {
@@ -14,6 +14,8 @@ pub struct Film {
     pub passes: u32,
     camera: Vec<DVec3>,
     light: Vec<DVec3>,
+    /// Room for the image: when the render is over it must not be lacking. Not touched before, it takes addresses only.
+    room: Vec<Vec3>,
     /// Sum of luminance when the number of passes was last a power of two, and that number: what has come since differs
     /// from it by the noise. No single passes, since those of the Sobol sequence complement each other.
     before: Vec<f32>,
@@ -33,6 +35,7 @@ impl Film {
             passes: 0,
             camera: Vec::new(),
             light: Vec::new(),
+            room: Vec::new(),
             before: Vec::new(),
             passes_before: 0,
             noise: f32::NAN,
@@ -40,6 +43,7 @@ impl Film {
         film.camera.try_reserve_exact(n).map_err(out_of_memory)?;
         film.light.try_reserve_exact(n).map_err(out_of_memory)?;
         film.before.try_reserve_exact(n).map_err(out_of_memory)?;
+        film.room.try_reserve_exact(n).map_err(out_of_memory)?;
         film.camera.resize(n, DVec3::ZERO);
         film.light.resize(n, DVec3::ZERO);
         film.before.resize(n, 0.0);
@@ -64,9 +68,10 @@ impl Film {
     }
 
     /// The average over the passes.
-    pub fn image(&self) -> Image {
+    pub fn into_image(self) -> Image {
         let scale = 1.0 / f64::from(self.passes.max(1));
-        let pixels = self.camera.iter().zip(&self.light).map(|(c, l)| ((*c + *l) * scale).as_vec3()).collect();
+        let mut pixels = self.room;
+        pixels.extend(self.camera.iter().zip(&self.light).map(|(c, l)| ((*c + *l) * scale).as_vec3()));
         Image { width: self.width, height: self.height, pixels }
     }
 
@@ -118,9 +123,10 @@ mod tests {
             }
             film.finish_pass();
         }
-        let image = film.image();
+        let noise = f64::from(film.noise);
+        let image = film.into_image();
         let squares = image.pixels.iter().map(|p| (f64::from(luminance(*p)) - mean).powi(2)).sum::<f64>();
-        f64::from(film.noise) / ((squares / image.pixels.len() as f64).sqrt() / mean)
+        noise / ((squares / image.pixels.len() as f64).sqrt() / mean)
     }
 
     #[test]

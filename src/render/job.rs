@@ -401,6 +401,10 @@ impl Observer for Sorter<'_> {
         }
         let shown = self.per_technique && (caustic || !self.caustics_only);
         if shown && c.value.is_finite() && c.weighted.is_finite() {
+            if self.tile.techniques.try_reserve(1).is_err() {
+                self.tile.out_of_memory = true;
+                return;
+            }
             self.tile.techniques.push(TechniqueSplat {
                 technique: (c.s, c.t),
                 pixel: c.pixel,
@@ -491,8 +495,23 @@ pub fn render(
     let rays = AtomicU64::new(0);
     let last_report = Mutex::new(start);
     progress(Progress { fraction: 0.0, samples: 0, rays: 0, elapsed: start.elapsed(), noise: f32::NAN });
+    // Whoever finds a report due makes it; the lock keeps reports apart.
+    let report_if_due = || {
+        let due = last_report.try_lock().ok().filter(|last| last.elapsed() >= Duration::from_millis(100));
+        let Some(mut last) = due else { return };
+        *last = Instant::now();
+        let (samples, noise) = passes.noise();
+        let by_time = settings.time_limit.map_or(0.0, |t| start.elapsed().as_secs_f32() / t.as_secs_f32());
+        progress(Progress {
+            fraction: passes.fraction().max(by_time).min(0.999),
+            samples,
+            rays: rays.load(Ordering::Relaxed),
+            elapsed: start.elapsed(),
+            noise,
+        });
+    };
 
-    let pilot = pilot::look(world, &view, settings, cancel)?;
+    let pilot = pilot::look(world, &view, settings, &pilot::Host { cancel, report: &report_if_due })?;
     let work = |_worker: usize| {
         let _ends = passes.end_on_panic();
         let mut tracer = tracer(world, &view, settings, &pilot);
@@ -526,21 +545,7 @@ pub fn render(
             tile.walks = std::mem::take(&mut tracer.walks);
             rays.fetch_add(tile.rays.total(), Ordering::Relaxed);
             passes.finish(tile, start, settings.time_limit);
-
-            // Whoever finds a report due makes it; the lock keeps reports apart.
-            let due = last_report.try_lock().ok().filter(|last| last.elapsed() >= Duration::from_millis(100));
-            if let Some(mut last) = due {
-                *last = Instant::now();
-                let (samples, noise) = passes.noise();
-                let by_time = settings.time_limit.map_or(0.0, |t| start.elapsed().as_secs_f32() / t.as_secs_f32());
-                progress(Progress {
-                    fraction: passes.fraction().max(by_time).min(0.999),
-                    samples,
-                    rays: rays.load(Ordering::Relaxed),
-                    elapsed: start.elapsed(),
-                    noise,
-                });
-            }
+            report_if_due();
         }
     };
     pool::broadcast(threads, work).map_err(|failed| RenderError::of_workers(threads, failed))?;

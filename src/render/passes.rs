@@ -60,9 +60,30 @@ pub struct Tile {
     pub non_finite: u64,
     /// Pixel of the first of them.
     pub first_non_finite: Option<u32>,
+    /// Whether there was too little memory for some of it.
+    pub out_of_memory: bool,
 }
 
 impl Tile {
+    /// With room for its pixels.
+    fn new(pass: u32, index: u32, pixels: Range<u32>) -> Result<Tile, TryReserveError> {
+        let mut camera = Vec::new();
+        camera.try_reserve_exact(pixels.len())?;
+        Ok(Tile {
+            pass,
+            index,
+            pixels,
+            camera,
+            splats: Vec::new(),
+            techniques: Vec::new(),
+            rays: RayCount::default(),
+            walks: WalkCount::default(),
+            non_finite: 0,
+            first_non_finite: None,
+            out_of_memory: false,
+        })
+    }
+
     /// Takes in the next pixel's sample; what is not finite is left out and counted.
     pub fn add(&mut self, pixel: u32, sample: &Sample) {
         let mut check = |value: Rgb| {
@@ -74,6 +95,10 @@ impl Tile {
             None
         };
         let radiance = check(sample.radiance).unwrap_or(Rgb::ZERO);
+        if self.splats.try_reserve(sample.splats.len()).is_err() {
+            self.out_of_memory = true;
+            return;
+        }
         self.splats.extend(sample.splats.iter().filter(|s| check(s.value).is_some()));
         self.camera.push(radiance);
     }
@@ -145,19 +170,11 @@ impl Passes {
             if pass < state.film.passes + PASSES_AHEAD {
                 state.next = if index + 1 == self.tiles_per_pass { (pass + 1, 0) } else { (pass, index + 1) };
                 let first = index * TILE_PIXELS;
-                let pixels = first..(first + TILE_PIXELS).min(self.pixels);
-                return Some(Tile {
-                    pass,
-                    index,
-                    camera: Vec::with_capacity(pixels.len()),
-                    pixels,
-                    splats: Vec::new(),
-                    techniques: Vec::new(),
-                    rays: RayCount::default(),
-                    walks: WalkCount::default(),
-                    non_finite: 0,
-                    first_non_finite: None,
-                });
+                let tile = Tile::new(pass, index, first..(first + TILE_PIXELS).min(self.pixels));
+                if tile.is_err() {
+                    self.end_without_memory(&mut state);
+                }
+                return tile.ok();
             }
             // The time-out lets a waiting worker see a cancel.
             let wait = self.advanced.wait_timeout(state, Duration::from_millis(20));
@@ -178,11 +195,20 @@ impl Passes {
         End(self)
     }
 
-    /// Whether there was memory for the images of all techniques.
+    fn end_without_memory(&self, state: &mut State) {
+        state.out_of_memory = true;
+        state.end = state.film.passes;
+        self.advanced.notify_all();
+    }
+
+    /// Whether there was memory for all tiles and for the images of all techniques.
     pub fn check_memory(&self) -> Result<(), RenderError> {
         let state = self.lock();
         let Film { width, height, .. } = state.film;
         let techniques = state.techniques.len();
+        if state.out_of_memory && techniques == 0 {
+            return Err(RenderError::OutOfMemory { width, height });
+        }
         if state.out_of_memory {
             return Err(RenderError::OutOfMemoryForTechniques { width, height, techniques });
         }
@@ -201,8 +227,14 @@ impl Passes {
         let mut guard = self.lock();
         let state = &mut *guard;
         state.finished_tiles += 1;
-        let slots = state.waiting.entry(tile.pass).or_insert_with(|| (0..self.tiles_per_pass).map(|_| None).collect());
-        let index = tile.index as usize;
+        let slots = state.waiting.entry(tile.pass).or_default();
+        let (index, count) = (tile.index as usize, self.tiles_per_pass as usize);
+        if tile.out_of_memory || slots.is_empty() && slots.try_reserve_exact(count).is_err() {
+            return self.end_without_memory(state);
+        }
+        if slots.is_empty() {
+            slots.resize_with(count, || None);
+        }
         slots[index] = Some(tile);
         while state.film.passes < state.end
             && state.waiting.get(&state.film.passes).is_some_and(|tiles| tiles.iter().all(Option::is_some))
@@ -210,10 +242,7 @@ impl Passes {
             let pass = state.film.passes;
             for tile in state.waiting.remove(&pass).into_iter().flatten().flatten() {
                 if state.fold(tile, self.pixels).is_err() {
-                    state.out_of_memory = true;
-                    state.end = state.film.passes;
-                    self.advanced.notify_all();
-                    return;
+                    return self.end_without_memory(state);
                 }
             }
             state.film.finish_pass();
@@ -239,14 +268,15 @@ impl Passes {
     pub fn into_output(self) -> Output {
         let state = self.state.into_inner().unwrap_or_else(PoisonError::into_inner);
         let film = &state.film;
-        let scale = 1.0 / f64::from(film.passes.max(1));
+        let (passes, film_bytes) = (film.passes, film.bytes());
+        let scale = 1.0 / f64::from(passes.max(1));
         let average = |sums: &[DVec3]| Image {
             width: film.width,
             height: film.height,
             pixels: sums.iter().map(|s| (*s * scale).as_vec3()).collect(),
         };
         let bytes_per_technique = 3 * u64::from(self.pixels) * size_of::<DVec3>() as u64;
-        let film_bytes = film.bytes() + state.techniques.len() as u64 * bytes_per_technique;
+        let film_bytes = film_bytes + state.techniques.len() as u64 * bytes_per_technique;
         // The sums of each go as its images come.
         let images = |[weighted, unweighted, caustic]: [Vec<DVec3>; 3]| TechniqueImages {
             weighted: average(&weighted),
@@ -255,7 +285,7 @@ impl Passes {
         };
         let techniques = state.techniques.into_iter().map(|(technique, sums)| (technique, images(sums))).collect();
         let statistics = Statistics {
-            samples: film.passes,
+            samples: passes,
             camera_rays: state.rays.camera,
             camera_path_rays: state.rays.camera_path,
             light_path_rays: state.rays.light_path,
@@ -267,7 +297,7 @@ impl Passes {
             film_bytes,
             ..Statistics::default()
         };
-        Output { image: film.image(), techniques, statistics, cancelled: false }
+        Output { image: state.film.into_image(), techniques, statistics, cancelled: false }
     }
 }
 
@@ -310,6 +340,20 @@ impl State {
 mod tests {
     use super::*;
     use crate::pool::{Failed, broadcast};
+
+    #[test]
+    fn a_tile_without_memory_ends_the_render() {
+        let settings = Settings { width: 64, height: 64, samples: 1000, ..Settings::default() };
+        let passes = Passes::new(&settings).expect("memory");
+        let outcome = broadcast(2, |_| {
+            while let Some(mut tile) = passes.next_tile(&|| false) {
+                tile.out_of_memory = tile.pass == 3;
+                passes.finish(tile, Instant::now(), None);
+            }
+        });
+        assert_eq!(outcome, Ok(()));
+        assert!(matches!(passes.check_memory(), Err(RenderError::OutOfMemory { width: 64, height: 64 })));
+    }
 
     #[test]
     fn a_panic_of_one_worker_ends_the_others() {

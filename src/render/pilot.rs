@@ -66,6 +66,13 @@ const SEARCH_WORTH: f64 = 20.0;
 const FEWER_WORTH: f64 = 0.95;
 const MOST_WORSE: f64 = 1.02;
 
+/// Who waits for the samples.
+pub(super) struct Host<'a> {
+    pub(super) cancel: &'a Cancel,
+    /// Called now and then by all threads.
+    pub(super) report: &'a (dyn Fn() + Sync),
+}
+
 /// What the samples tell the tracers of their render.
 #[derive(Clone, Debug)]
 pub(super) struct Pilot {
@@ -197,7 +204,7 @@ impl Samples {
         view: &View,
         settings: &Settings,
         pilot: &Pilot,
-        cancel: &Cancel,
+        host: &Host,
     ) -> Result<Option<Samples>, RenderError> {
         let threshold = threshold(settings);
         let groups: Vec<OnceLock<Group>> = (0..GROUPS).map(|_| OnceLock::new()).collect();
@@ -209,9 +216,10 @@ impl Samples {
             loop {
                 let number = next.fetch_add(1, Ordering::Relaxed);
                 let Some(slot) = groups.get(number as usize) else { return };
-                let Some(group) = Group::draw(number, &mut tracer, view, settings, cancel) else { return };
+                let Some(group) = Group::draw(number, &mut tracer, view, settings, host.cancel) else { return };
                 // Each number is handed out once.
                 let _ = slot.set(group);
+                (host.report)();
             }
         })
         .map_err(|failed| RenderError::of_workers(threads, failed))?;
@@ -326,7 +334,7 @@ fn threshold(settings: &Settings) -> Option<f32> {
 }
 
 /// Draws the samples, if anything depends on them: a function of scene, view, seed and settings.
-pub(super) fn look(world: &World, view: &View, settings: &Settings, cancel: &Cancel) -> Result<Pilot, RenderError> {
+pub(super) fn look(world: &World, view: &View, settings: &Settings, host: &Host) -> Result<Pilot, RenderError> {
     let connects = job::connects_through_glass(world, settings);
     let bidirectional = settings.integrator == Integrator::Bdpt;
     // Where a light cannot be hit, the connections may find what nothing else does.
@@ -382,7 +390,7 @@ pub(super) fn look(world: &World, view: &View, settings: &Settings, cancel: &Can
     if !connects || !(decides_any || threshold(settings).is_some()) {
         return Ok(pilot);
     }
-    let draw = |pilot: &Pilot| Samples::draw(world, view, settings, pilot, cancel);
+    let draw = |pilot: &Pilot| Samples::draw(world, view, settings, pilot, host);
     let Some(mut samples) = draw(&pilot)? else { return Ok(pilot) };
     if decides_aim {
         let Some(others) = draw(&plain)? else { return Ok(pilot) };

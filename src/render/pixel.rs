@@ -23,7 +23,8 @@ impl<'w> Probe<'w> {
             return RenderError::setting("integrator", "path", "one of light, mnee and bdpt was expected");
         }
         let view = job::view(world, settings);
-        let pilot = pilot::look(world, &view, settings, &Cancel::default())?;
+        let host = pilot::Host { cancel: &Cancel::default(), report: &|| {} };
+        let pilot = pilot::look(world, &view, settings, &host)?;
         let tracer = job::tracer(world, &view, settings, &pilot);
         Ok(Probe { tracer, view, settings: settings.clone() })
     }

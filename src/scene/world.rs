@@ -4,7 +4,7 @@ use super::description::{self, Description, Geometry, Instance, Medium, MeshDesc
 use super::{SceneError, fingerprint, rebase, validate};
 use crate::emitter::{Lights, MOST_LIGHTS};
 use crate::geometry::{Mesh, Ray, Shape, Sphere, SurfacePoint};
-use crate::intersect::{self, Backend, Intersector, MAX_COORDINATE};
+use crate::intersect::{self, Backend, BackendError, Intersector, MAX_COORDINATE};
 use crate::math::Rgb;
 use crate::scatter::Bsdf;
 use crate::text::shown;
@@ -81,8 +81,8 @@ pub struct Refractor {
     pub radius: f32,
     /// Whether its normal turns, so that several paths may lead through it from one point to another.
     pub curved: bool,
-    /// Whether it has facets that are not parallel.
-    pub faceted: bool,
+    /// Its triangles, if some of them are not parallel, else 0.
+    pub facets: u32,
 }
 
 /// A committed scene.
@@ -177,8 +177,10 @@ impl World {
             warnings.push("the scene has no light: the image will be black".to_owned());
         }
         let threads = crate::pool::thread_count(options.threads);
-        let intersector = intersect::build(options.backend, &shapes, threads)
-            .map_err(|error| SceneError::Backend(error.to_string()))?;
+        let intersector = intersect::build(options.backend, &shapes, threads).map_err(|error| match error {
+            BackendError::OutOfMemory { .. } => SceneError::OutOfMemory(error.to_string()),
+            _ => SceneError::Backend(error.to_string()),
+        })?;
 
         let refractors = refractors(&shapes, &shape_material, &bsdfs);
         let delta_lights = description.lights.iter().any(|l| l.kind.emits());
@@ -343,7 +345,7 @@ fn refractors(shapes: &[Shape], shape_material: &[u32], bsdfs: &[Bsdf]) -> Vec<R
     let refractor = |(shape, (geometry, _)): (u32, (&Shape, &u32))| {
         let (low, high) = padded(geometry.bounds());
         let radius = geometry.radius_about(0.5 * (low + high)) + (high - low).max_element() * 1e-4;
-        Refractor { shape, low, high, radius, curved: geometry.is_curved(), faceted: geometry.is_faceted() }
+        Refractor { shape, low, high, radius, curved: geometry.is_curved(), facets: geometry.facets() }
     };
     refracting.map(refractor).collect()
 }

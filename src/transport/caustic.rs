@@ -257,7 +257,7 @@ impl Tracer<'_> {
         let found = if searches { self.search(a, b, seen, known.as_ref(), &settings) } else { None };
         let other = found.map(|(edge, walks)| CausticEdge {
             attempt: walks as f32 / probability,
-            presumed: presumed(probability, a, b, edge.inverse_jacobian),
+            presumed: presumed(probability.into(), self.share_of_facet(seen), a, b, edge.inverse_jacobian),
             searched: true,
             ..edge
         });
@@ -316,7 +316,8 @@ impl Tracer<'_> {
                 let edge = self.solve(a, b, &seen, Some(along), &settings).ok();
                 self.search_work += self.walk_work() - before;
                 let edge = edge.filter(|edge| edge.leaves_like(first, last, close.max(edge.rounding)))?;
-                Some(CausticEdge { presumed: presumed(probability, a, b, edge.inverse_jacobian), ..edge })
+                let share = self.share_of_facet(&seen);
+                Some(CausticEdge { presumed: presumed(probability.into(), share, a, b, edge.inverse_jacobian), ..edge })
             });
         self.walks.nanoseconds[1] += start.map_or(0, |s| TIMED * s.elapsed().as_nanos() as u64);
         self.walks.confirmed += u64::from(found.is_some());

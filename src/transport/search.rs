@@ -32,12 +32,23 @@ impl Tracer<'_> {
         let facets = delta || self.options.search.is_some();
         let several = |shape| {
             let found = self.refractors.binary_search_by_key(&shape, |r| r.shape);
-            found.is_ok_and(|i| self.refractors[i].curved || (facets && self.refractors[i].faceted))
+            found.is_ok_and(|i| self.refractors[i].curved || (facets && self.refractors[i].facets > 0))
         };
         let searches = probability > 0.0
             && self.options.check == Check::Exact
             && seen.seed.crossings().iter().any(|crossing| several(crossing.interface));
         if searches { probability } else { 0.0 }
+    }
+
+    /// Share of the starts of a search that is presumed to lead to one chain, for the facets that it crosses: as if those
+    /// of each body were alike, and one of the starts lay on each.
+    pub(super) fn share_of_facet(&self, seen: &Seen) -> f64 {
+        let share = |shape| {
+            let found = self.refractors.binary_search_by_key(&shape, |r| r.shape);
+            let flat = found.map(|i| &self.refractors[i]).ok().filter(|r| !r.curved);
+            1.0 / flat.map_or(1.0, |r| f64::from(r.facets.max(1)))
+        };
+        seen.seed.crossings().iter().map(|crossing| share(crossing.interface)).fold(1.0, f64::min)
     }
 
     /// A chain that is not `known`, if a search finds one, and how many walks it takes to find that again.
@@ -73,8 +84,8 @@ impl Tracer<'_> {
 
 /// The probability of finding a chain by searches that are made with `probability`, as the weights presume it: the more a
 /// chain spreads the light, compared with the straight line, the smaller the bump that does it, and the fewer the starts
-/// that lead there.
-pub(super) fn presumed(probability: f32, a: &Endpoint, b: &Endpoint, inverse_jacobian: f64) -> f64 {
+/// that lead there. A facet spreads nothing: its `share` ([`Tracer::share_of_facet`]) says it.
+pub(super) fn presumed(probability: f64, share: f64, a: &Endpoint, b: &Endpoint, inverse_jacobian: f64) -> f64 {
     let spread = inverse_jacobian.abs() / direct_inverse_jacobian(a, b);
-    f64::from(probability) * (1.0 / spread).clamp(LEAST_PRESUMED, 1.0)
+    probability * share * (1.0 / spread).clamp(LEAST_PRESUMED, 1.0)
 }

@@ -46,7 +46,8 @@ pub(crate) struct Render {
     /// Samples per pixel; with --time and without --spp, as many as fit [default: 64]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) spp: Option<u32>,
-    /// Stop after the pass that is running at this time
+    /// Stop after the pass that is running at this time; the samples before the first pass, which decide on caustics, and
+    /// that pass are drawn in any case
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub(crate) time: Option<f64>,
     /// Worker threads; 0 for as many as the process may use

@@ -15,7 +15,7 @@ unsafe extern "C" {
 #[derive(Default)]
 pub(super) struct Record {
     /// The first error not yet taken.
-    error: Mutex<Option<String>>,
+    error: Mutex<Option<BackendError>>,
     /// Bytes it holds.
     bytes: AtomicI64,
 }
@@ -51,7 +51,14 @@ unsafe extern "C" fn on_error(user: *mut c_void, code: ffi::RTCError, text: *con
         unsafe { CStr::from_ptr(text) }.to_string_lossy().into_owned()
     };
     if let Ok(mut error) = record.error.lock() {
-        error.get_or_insert(format!("error {code}: {words}"));
+        error.get_or_insert(of_code(code, format!("error {code}: {words}")));
+    }
+}
+
+fn of_code(code: ffi::RTCError, message: String) -> BackendError {
+    match code {
+        ffi::RTC_ERROR_OUT_OF_MEMORY => BackendError::OutOfMemory { backend: "embree", message },
+        _ => failed("embree", message),
     }
 }
 
@@ -71,7 +78,7 @@ impl Device {
         if raw.is_null() {
             // SAFETY: a null device asks for the calling thread's own error.
             let code = unsafe { ffi::rtcGetDeviceError(std::ptr::null_mut()) };
-            return Err(failed("embree", format!("no device (error {code})")));
+            return Err(of_code(code, format!("no device (error {code})")));
         }
         let user = (&raw const *record).cast_mut().cast::<c_void>();
         // SAFETY: the record is on the heap and dropped after the device (see Drop), and is only shared.
@@ -96,7 +103,7 @@ impl Device {
     /// The first error since the last call, as an `Err`.
     pub(super) fn check(&self) -> Result<(), BackendError> {
         let error = self.record.error.lock().map_or(None, |mut e| e.take());
-        error.map_or(Ok(()), |message| Err(failed("embree", message)))
+        error.map_or(Ok(()), Err)
     }
 
     /// A new scene: robust, and of high build quality, which traced soups of small triangles 8 % faster

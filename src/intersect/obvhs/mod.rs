@@ -6,7 +6,7 @@ mod triangle;
 mod wide;
 
 use super::bounds::Bounds;
-use super::{BackendError, Hit, Intersector, failed};
+use super::{BackendError, Hit, Intersector};
 use crate::geometry::{Ray, Shape, Sphere};
 use glam::Vec3;
 use std::ops::ControlFlow;
@@ -30,7 +30,8 @@ impl Obvhs {
     /// Builds, on the calling thread alone: obvhs would share the work by rayon's global pool only.
     pub fn build(shapes: &[Shape], _threads: usize) -> Result<Obvhs, BackendError> {
         let count = super::check(shapes)?;
-        let refuse = |_| failed("obvhs", format!("no memory for {count} primitives"));
+        let no_memory = || format!("no memory for {count} primitives");
+        let refuse = |_| BackendError::OutOfMemory { backend: "obvhs", message: no_memory() };
         let (mut unordered, mut boxes) = (Vec::new(), Vec::new());
         unordered.try_reserve_exact(count).map_err(refuse)?;
         boxes.try_reserve_exact(count).map_err(refuse)?;

@@ -39,6 +39,7 @@ impl Budget {
 /// An empty list with room for `count` items, or an error where the memory is lacking.
 pub(super) fn reserve<T>(count: usize, object: &Object) -> Result<Vec<T>, GltfError> {
     let mut list = Vec::new();
-    list.try_reserve_exact(count).map_err(|e| object.invalid("size", format!("{count} items"), e))?;
+    let refuse = |_| GltfError::OutOfMemory { object: Box::new(object.clone()), count };
+    list.try_reserve_exact(count).map_err(refuse)?;
     Ok(list)
 }

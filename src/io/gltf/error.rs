@@ -38,6 +38,14 @@ pub enum GltfError {
         /// What would do.
         expected: String,
     },
+    /// The memory does not suffice.
+    #[error("{object}: no memory for {count} items")]
+    OutOfMemory {
+        /// Where.
+        object: Box<Object>,
+        /// Of a list.
+        count: usize,
+    },
     /// A mistake of the loader, caught before it harms the host.
     #[error("the glTF loader failed ({0}); please report the file")]
     Internal(String),
