@@ -102,6 +102,46 @@ fn wrong_usage_is_exit_code_2() {
 }
 
 #[test]
+fn settings_out_of_range_are_wrong_usage_too() {
+    for (option, value, said) in [
+        ("--threads", "5000", "at most 4096"),
+        ("--size", "65537x1", "65537"),
+        ("--light-subpaths", "65", "65"),
+        ("--check", "few", "direct geometry term"),
+    ] {
+        let (_, err) = expect(2, &["render", GLASS, "-o", "a.exr", option, value]);
+        assert!(err.contains(said), "{err}");
+    }
+    let (_, err) = expect(2, &["pixel", SCENE, "0", "0", "--first-sample", "4294967294", "--spp", "4"]);
+    assert!(err.contains("first sample is 4294967294"), "{err}");
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_leaves_what_is_whole() {
+    let folder = Folder::new();
+    let output = folder.path("a.exr");
+    let args = ["render", SCENE, "-o", &output, "--size", "16x16", "--time", "600", "--threads", "1"];
+    let mut child = Command::new(env!("CARGO_BIN_EXE_caustica")).args(args).spawn().expect("the program starts");
+    std::thread::sleep(std::time::Duration::from_secs(2));
+    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(kill.expect("kill").success());
+    assert_eq!(child.wait().expect("an end").code(), Some(130));
+    assert_eq!(folder.files(), [PathBuf::from(&output)]);
+}
+
+#[cfg(feature = "oiio")]
+#[test]
+fn one_output_that_fails_does_not_cost_the_others() {
+    let folder = Folder::new();
+    let [wide, whole] = ["a.jpg", "b.exr"].map(|name| folder.path(name));
+    let few = ["--size", "65501x1", "--spp", "1", "--integrator", "path", "--max-depth", "1"];
+    let (_, err) = expect(1, &[&["render", SCENE, "-o", &wide, "-o", &whole], &few[..]].concat());
+    assert!(err.contains("65501x1"), "{err}");
+    assert_eq!(folder.files(), [PathBuf::from(&whole)]);
+}
+
+#[test]
 fn a_missing_scene_is_named_and_leaves_nothing() {
     let folder = Folder::new();
     let (_, err) = expect(1, &["render", "no/such.glb", "-o", &folder.path("a.exr")]);
@@ -302,7 +342,7 @@ fn the_brightest_paths_come_first() {
 
 #[test]
 fn a_pixel_outside_the_picture_is_named_with_the_size() {
-    let (out, err) = expect(1, &["pixel", SCENE, "24", "3", "--size", "24x16"]);
+    let (out, err) = expect(2, &["pixel", SCENE, "24", "3", "--size", "24x16"]);
     assert!(out.is_empty() && err.contains("(24, 3)") && err.contains("24x16"), "{err}");
 }
 

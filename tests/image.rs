@@ -125,6 +125,20 @@ fn values_that_a_format_cannot_hold_are_counted() {
 }
 
 #[test]
+fn what_half_floats_hold_with_too_few_digits_is_told() {
+    let directory = TempDir::new().unwrap();
+    let path = directory.path().join("a.exr");
+    let too_dim = |pixels: &[f32], options| {
+        let image = row(&pixels.iter().map(|x| Rgb::splat(*x)).collect::<Vec<_>>());
+        write(&path, &image, &metadata(), options).unwrap().too_dim
+    };
+    assert!(too_dim(&[0.0, 1e-6, 1e-6, 1.0], &HALF));
+    assert!(!too_dim(&[0.0, 1e-6, 1.0, 1.0], &HALF));
+    assert!(!too_dim(&[1e-6, 1e-6, 1.0], &FLOAT));
+    assert!(!too_dim(&[0.0, 0.0], &HALF));
+}
+
+#[test]
 fn what_cannot_be_written_is_refused_before_and_at_writing() {
     let directory = TempDir::new().unwrap();
     let at = |name: &str| directory.path().join(name);
@@ -425,6 +439,11 @@ mod openimageio {
         write(&at("a.hdr"), &image, &metadata(), &exposed).unwrap();
         let difference = relative_difference(&read(&at("a.hdr")).unwrap(), &image);
         assert!(difference <= 1.0 / 128.0 && difference > 0.0, "{difference}");
+        // Rounded, not cut: as much above as below.
+        let light = row(&(0..4096).map(|i| Rgb::splat(1.0 + i as f32 / 4096.0)).collect::<Vec<_>>());
+        write(&at("a.hdr"), &light, &metadata(), &exposed).unwrap();
+        let mean = |image: &Image| image.pixels.iter().map(|p| f64::from(p.x)).sum::<f64>() / 4096.0;
+        assert!((mean(&read(&at("a.hdr")).unwrap()) - mean(&light)).abs() < 2e-4);
         let written =
             write(&at("a.hdr"), &row(&[Rgb::new(-1.0, 0.5, 1.0), Rgb::splat(f32::MAX)]), &metadata(), &HALF).unwrap();
         assert_eq!(written.clamped, 2);

@@ -42,11 +42,12 @@ pub(crate) fn chain(error: &dyn Error) -> String {
     text
 }
 
-/// Prints results. A reader that has seen enough (`caustica info scene.glb | head -n 1`) is no error.
+/// Prints results. A reader that has seen enough (`caustica info scene.glb | head -n 1`) is no error, and the end.
 pub(crate) fn print(text: &str) -> Result<(), crate::Failure> {
     match std::io::stdout().write_all(text.as_bytes()) {
-        Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(format!("standard output: {e}").into()),
-        _ => Ok(()),
+        Ok(()) => Ok(()),
+        Err(e) if e.kind() == ErrorKind::BrokenPipe => std::process::exit(0),
+        Err(e) => Err(format!("standard output: {e}").into()),
     }
 }
 

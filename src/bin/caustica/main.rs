@@ -1,6 +1,6 @@
 //! The command line: the same calls a host makes, in the same order.
 //!
-//! Exit codes: 0 done, 1 failed, 2 wrong usage. Results that are asked for go to standard output,
+//! Exit codes: 0 done, 1 failed, 2 wrong usage, 130 interrupted. Results that are asked for go to standard output,
 //! all else to standard error.
 
 mod args;
@@ -16,11 +16,15 @@ mod units;
 mod walks;
 
 use args::{Cli, Command};
+use caustica::render::job::RenderError;
 use clap::Parser;
 use std::process::ExitCode;
 
 /// Why a command could not do its work, in words that name the object and the value.
 type Failure = Box<dyn std::error::Error>;
+
+/// Exit code after an interrupt, as shells have it: 128 and the signal's number.
+const INTERRUPTED: u8 = 130;
 
 fn main() -> ExitCode {
     let done = match Cli::parse().command {
@@ -34,7 +38,11 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             console::error(failure.as_ref());
-            ExitCode::FAILURE
+            match failure.downcast_ref() {
+                Some(RenderError::Setting { .. }) => ExitCode::from(2),
+                _ if failure.is::<render::Interrupted>() => ExitCode::from(INTERRUPTED),
+                _ => ExitCode::FAILURE,
+            }
         }
     }
 }

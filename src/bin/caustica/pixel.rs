@@ -7,6 +7,7 @@ use caustica::camera::Endpoint;
 use caustica::integrator::{Contribution, Observer};
 use caustica::manifold::MAX_CHAIN;
 use caustica::math::Rgb;
+use caustica::render::job::RenderError;
 use caustica::render::job::Settings;
 use caustica::render::pixel::Probe;
 use caustica::scatter::Bsdf;
@@ -18,6 +19,11 @@ use glam::{DVec3, Vec3};
 
 pub(crate) fn run(args: &Pixel) -> Result<(), Failure> {
     args.picture.check_used(args.integrator);
+    let Some(last_sample) = args.first_sample.checked_add(args.spp - 1) else {
+        let expected = "sample numbers below 2^32 were expected".to_owned();
+        let value = args.first_sample.to_string();
+        return Err(RenderError::Setting { setting: "first sample", value, expected }.into());
+    };
     let commit = CommitOptions { backend: args.picture.backend(), threads: 0 };
     let (description, world) =
         scene::open(&args.scene, commit, args.picture.connections.walked_roughness, Console { quiet: false })?;
@@ -34,7 +40,7 @@ pub(crate) fn run(args: &Pixel) -> Result<(), Failure> {
     };
 
     let (mut sum, mut left_out) = (DVec3::ZERO, 0);
-    for index in args.first_sample..=args.first_sample.saturating_add(args.spp - 1) {
+    for index in args.first_sample..=last_sample {
         paths.sample = index;
         let sample = probe.trace(args.x, args.y, index, &mut paths)?;
         if sample.radiance.is_finite() {

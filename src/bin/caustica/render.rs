@@ -1,9 +1,9 @@
 //! `caustica render`.
 
 use crate::args::{Cli, ImageIoName, Render};
-use crate::console::Console;
+use crate::console::{self, Console};
 use crate::progress::{self, Meter};
-use crate::{Failure, scene, units, walks};
+use crate::{Failure, INTERRUPTED, scene, units, walks};
 use caustica::io::image::{self, ImageIo, Metadata, WriteOptions};
 use caustica::math::luminance;
 use caustica::render::Image;
@@ -15,6 +15,7 @@ use clap::CommandFactory;
 use clap::error::ErrorKind;
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 
 pub(crate) fn run(args: &Render) -> Result<(), Failure> {
@@ -47,26 +48,74 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     }
 
     let meter = Meter::new(args.quiet);
-    let output = job::render(&world, &settings, &Cancel::default(), &|progress| meter.report(progress))?;
+    let cancel = until_interrupted()?;
+    let output = job::render(&world, &settings, &cancel, &|progress| meter.report(progress))?;
     let noise = meter.finish().and_then(|last| progress::noise(last.noise));
+    if output.cancelled && output.statistics.samples == 0 {
+        return Err(Interrupted { samples: 0 }.into());
+    }
     report(&output, noise, console);
 
+    // What one file refuses must not cost the others.
     let metadata = metadata(&settings, &output, &world, &description.cameras[settings.camera].name);
-    for path in &args.output {
-        write(path, &output.image, &metadata, &options(args), console)?;
-    }
+    let written = args.output.iter().map(|path| write(path, &output.image, &metadata, &options(args), console));
+    let mut failed: Vec<Failure> = written.collect::<Vec<_>>().into_iter().filter_map(Result::err).collect();
     if let Some(dir) = &args.strategies {
-        for (&technique, images) in &output.techniques {
-            let parts = [(&images.weighted, ""), (&images.caustic, "_caustic"), (&images.unweighted, "_unweighted")];
-            for (image, suffix) in parts {
-                image::write(&dir.join(technique_file(technique, suffix)), image, &metadata, &technique_options())?;
-            }
+        failed.extend(write_strategies(dir, &output.techniques, &metadata, console).err());
+    }
+    if failed.is_empty() && output.cancelled {
+        return Err(Interrupted { samples: output.statistics.samples }.into());
+    }
+    let last = failed.pop();
+    failed.iter().for_each(|failure| console::error(failure.as_ref()));
+    last.map_or(Ok(()), Err)
+}
+
+/// The user ended the render early; what was whole is written.
+#[derive(Debug)]
+pub(crate) struct Interrupted {
+    samples: u32,
+}
+
+impl std::error::Error for Interrupted {}
+
+impl std::fmt::Display for Interrupted {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self.samples {
+            0 => write!(f, "interrupted before the first sample of each pixel: nothing is written"),
+            n => write!(f, "interrupted: what is written has {}", units::count(n as usize, "sample", "samples")),
         }
-        let files = 3 * output.techniques.len();
-        console.note(&format!("wrote {files} images of strategies to {}", dir.display()));
-        for line in shares(&output.techniques) {
-            console.note(&line);
+    }
+}
+
+/// Cancels at the first interrupt (Ctrl-C); the second ends the process.
+fn until_interrupted() -> Result<Arc<Cancel>, Failure> {
+    let cancel = Arc::new(Cancel::default());
+    let shared = cancel.clone();
+    ctrlc::set_handler(move || {
+        if shared.is_cancelled() {
+            std::process::exit(INTERRUPTED.into());
         }
+        shared.cancel();
+    })?;
+    Ok(cancel)
+}
+
+fn write_strategies(
+    dir: &Path,
+    techniques: &BTreeMap<Technique, TechniqueImages>,
+    metadata: &Metadata,
+    console: Console,
+) -> Result<(), Failure> {
+    for (&technique, images) in techniques {
+        let parts = [(&images.weighted, ""), (&images.caustic, "_caustic"), (&images.unweighted, "_unweighted")];
+        for (image, suffix) in parts {
+            image::write(&dir.join(technique_file(technique, suffix)), image, metadata, &technique_options())?;
+        }
+    }
+    console.note(&format!("wrote {} images of strategies to {}", 3 * techniques.len(), dir.display()));
+    for line in shares(techniques) {
+        console.note(&line);
     }
     Ok(())
 }
@@ -209,6 +258,9 @@ fn write(
     if written.clamped > 0 {
         let what = units::count(written.clamped as usize, "pixel was", "pixels were");
         console.warn(&format!("{}: {what} cut to the range of the format; see --float", path.display()));
+    }
+    if written.too_dim {
+        console.warn(&format!("{}: most pixels are too dim for the format's digits; see --float", path.display()));
     }
     console.note(&format!("wrote {}", path.display()));
     Ok(())

@@ -7,6 +7,8 @@ use half::f16;
 
 /// The largest finite half, 65504.
 const HALF_MAX: f32 = f16::MAX.to_f32_const();
+/// The smallest half that has all its digits, 2^-14.
+const HALF_NORMAL: f32 = 6.104e-5;
 /// The largest RGBE value: mantissa 255/256, exponent 2^127.
 const RGBE_MAX: f32 = 1.694_7e38;
 
@@ -58,14 +60,32 @@ impl Picture {
                 Samples::Bytes(collect(image, |p| finite(p).to_array().map(expose))?)
             }
             Format::Exr if options.half => {
+                written.too_dim = is_too_dim(image);
                 Samples::Half(collect(image, |p| within(finite(p), -HALF_MAX, HALF_MAX).to_array().map(f16::from_f32))?)
             }
-            Format::Hdr => Samples::Float(collect(image, |p| within(finite(p), 0.0, RGBE_MAX).to_array())?),
+            Format::Hdr => Samples::Float(collect(image, |p| to_rgbe(within(finite(p), 0.0, RGBE_MAX)))?),
             Format::Exr | Format::Tiff => Samples::Float(collect(image, |p| finite(p).to_array())?),
         };
         written.clamped = clamped;
         Ok((Picture { width, height, samples }, written))
     }
+}
+
+/// Whether most pixels that are not black have less than a half's full digits, in all channels.
+fn is_too_dim(image: &Image) -> bool {
+    let lit = image.pixels.iter().map(|p| p.abs().max_element()).filter(|&x| x > 0.0);
+    let [dim, all] = lit.fold([0usize; 2], |[dim, all], x| [dim + usize::from(x < HALF_NORMAL), all + 1]);
+    2 * dim > all
+}
+
+/// RGBE writers cut a pixel's mantissas, of 8 bits for the largest (Ward 1991), and half a step makes that rounding.
+fn to_rgbe(p: Rgb) -> [f32; 3] {
+    let largest = f64::from(p.max_element());
+    if largest < 1e-32 {
+        return p.to_array();
+    }
+    let step = 2f64.powi(largest.log2().floor() as i32 - 7);
+    p.to_array().map(|x| (f64::from(x) + 0.499 * step).min(RGBE_MAX.into()) as f32)
 }
 
 fn collect<T>(image: &Image, mut convert: impl FnMut(Rgb) -> [T; 3]) -> Result<Vec<T>, Failure> {
