@@ -40,15 +40,16 @@ impl Tracer<'_> {
         if searches { probability } else { 0.0 }
     }
 
-    /// Share of the starts of a search that is presumed to lead to one chain, for the facets that it crosses: as if those
-    /// of each body were alike, and one of the starts lay on each.
+    /// Share of the starts of a search that is presumed to lead to one chain, for the facets that it crosses: as if each
+    /// crossing were through any of its body's, by chance. Rather too small: what else finds a chain is then left to it,
+    /// and a chain that nothing else finds has all the weight whatever is presumed.
     pub(super) fn share_of_facet(&self, seen: &Seen) -> f64 {
         let share = |shape| {
             let found = self.refractors.binary_search_by_key(&shape, |r| r.shape);
             let flat = found.map(|i| &self.refractors[i]).ok().filter(|r| !r.curved);
             1.0 / flat.map_or(1.0, |r| f64::from(r.facets.max(1)))
         };
-        seen.seed.crossings().iter().map(|crossing| share(crossing.interface)).fold(1.0, f64::min)
+        seen.seed.crossings().iter().map(|crossing| share(crossing.interface)).product()
     }
 
     /// A chain that is not `known`, if a search finds one, and how many walks it takes to find that again.
