@@ -34,11 +34,13 @@
  *             cameras gives CAUSTICA_ERROR_BUSY while another thread does one of these. Setting an
  *             instance, light, camera or material does not: during a commit it may or may not be in the
  *             snapshot. A device must not be used any more when its release begins.
- * Callbacks.  Never called with a lock held, and not after the release of what they were given to.
- *             They must not throw or longjmp. Inside of one only the functions marked
+ * Callbacks.  Never called with a lock held that another call waits for, and not after the release of what they were given to.
+ *             They must return, and not throw or longjmp. Inside of one only the functions marked
  *             "callback-safe" may be called; the others give CAUSTICA_ERROR_WRONG_STATE.
  * Fork.       A child cannot use the devices of its parent and gets an error. It may create its own
- *             unless another thread of the parent was inside this library at the fork.
+ *             unless another thread of the parent was inside this library at the fork. After a commit
+ *             on several threads or the first .png, .tif, .jpg or .hdr of the parent, the child must end
+ *             by _exit or exec: what TBB and OpenImageIO do at exit waits for threads it has not.
  * Unloading.  The library stays in the process after dlclose. No thread of it is left after the release
  *             of the last device; Embree's commits on several threads leave idle workers of TBB, and
  *             the first .png, .tif, .jpg or .hdr loads OpenImageIO with its libraries and threads: these

@@ -217,8 +217,12 @@ mutation("starts: the way back by the indices of the way there", "src/manifold/s
          "back = refract(back, vertex.ns, crossing.n_i, crossing.n_o)?;",
          ("lib", "the_way_back_is_exact"))
 mutation("search: facets are no reason for one", "src/transport/search.rs",
-         "self.refractors[i].curved || (facets && self.refractors[i].faceted)", "self.refractors[i].curved",
+         "self.refractors[i].curved || (facets && self.refractors[i].facets > 0)", "self.refractors[i].curved",
          ("waves", "roof"))
+mutation("search: chains through facets presumed as of curved glass", "src/transport/search.rs",
+         "probability * share * (1.0", "probability * share.max(1.0) * (1.0", ("waves", "cut_stone"))
+mutation("medium: asked with a ray along the axis of a model", "src/scene/world.rs",
+         "(axis + u * x + v * y).normalize()", "(axis + (u * x + v * y) * 0.0).normalize()", ("extremes", "below_a_pole"))
 mutation("lights: chosen more finely than random numbers are", "src/emitter/choose.rs",
          "(sum * STEPS).round() - before", "sum * STEPS - before", ("lib", "each_of_many_lights"))
 mutation("search: the known chain counted again", "src/transport/search.rs",

@@ -451,3 +451,28 @@ fn what_is_below_a_pole_is_not_within_glass() {
         assert_eq!(world.media[within as usize].ior, 1.5, "{columns}x{rows}");
     }
 }
+
+#[test]
+fn warnings_stand_once() {
+    let mut b = Builder::default();
+    let (glass, lamp) = (b.glass(1.33, 0.0), b.lamp(1.0));
+    b.cuboid(Vec3::splat(-1.0), Vec3::splat(1.0), false, glass);
+    // One lamp in the water and one above, of one mesh: the first is the larger. Two more lie in the water.
+    let square = |y: f32, side: f32| [[0.0, y, 0.0], [0.0, y, side], [side, y, side], [side, y, 0.0]];
+    let of = |squares: &[(f32, f32)]| MeshDescription {
+        name: "lamps".to_owned(),
+        positions: squares.iter().flat_map(|&(y, side)| square(y, side)).collect(),
+        triangles: (0..squares.len() as u32)
+            .flat_map(|i| [[0, 1, 2], [0, 2, 3], [0, 0, 1]].map(|t| t.map(|v| 4 * i + v)))
+            .collect(),
+        ..MeshDescription::default()
+    };
+    b.mesh(of(&[(0.5, 0.2), (2.0, 0.1)]), lamp, DAffine3::IDENTITY);
+    b.mesh(of(&[(0.5, 0.2)]), lamp, DAffine3::IDENTITY);
+    let last = b.0.instances.last().expect("a lamp").clone();
+    b.0.instances.push(last);
+    b.perspective([0.0, 3.0, 3.0], [0.0, 0.0, 0.0], 0.5);
+    let warnings = b.commit().warnings;
+    let about = |what: &str| warnings.iter().filter(|w| w.contains(what)).count();
+    assert_eq!((about("several media"), about("triangles without area")), (1, 2), "{warnings:#?}");
+}

@@ -9,6 +9,7 @@ use crate::math::Rgb;
 use crate::scatter::Bsdf;
 use crate::text::shown;
 use glam::{DMat3, DVec3, Vec3};
+use std::collections::HashSet;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -148,6 +149,7 @@ impl World {
 
         let mut shapes = reserve(description.instances.len())?;
         let mut shape_material = reserve(description.instances.len())?;
+        let mut warned = HashSet::new();
         for (index, instance) in description.instances.iter().enumerate() {
             let shape = match instance.geometry {
                 Geometry::Sphere { radius } => {
@@ -157,7 +159,8 @@ impl World {
                 }
                 Geometry::Mesh(mesh) => {
                     let placed = place_mesh(instance, &meshes[mesh])?;
-                    check_placed(index, instance, &placed, &mut warnings)?;
+                    let first = warned.insert(mesh);
+                    check_placed(index, instance, &placed, &mut warnings, first)?;
                     Shape::Mesh(placed)
                 }
             };
@@ -216,7 +219,7 @@ impl World {
             warnings,
             hash,
         };
-        world.light_media = world.probe_light_media();
+        world.light_media = world.probe_light_media(description);
         world.commit_seconds = start.elapsed().as_secs_f64();
         Ok(world)
     }
@@ -294,30 +297,42 @@ impl World {
         0
     }
 
-    /// A light surface is taken to lie in one medium as a whole: the one at its first triangle.
-    fn probe_light_media(&self) -> Vec<[MediumId; 2]> {
+    /// A light surface is taken to lie in one medium as a whole: the one at its largest triangle. Where some others lie
+    /// elsewhere, that is warned about.
+    fn probe_light_media(&mut self, description: &Description) -> Vec<[MediumId; 2]> {
         let mut media = vec![[0; 2]; self.lights.len()];
         if !self.requirements.media {
             return media;
         }
+        let around = |at: SurfacePoint| [at.ng, -at.ng].map(|axis| self.probe(axis, |d| Ray::leaving(&at, d)));
+        let mut warnings = Vec::new();
         for (shape, geometry) in self.shapes.iter().enumerate() {
             let Some(light) = self.lights.of_shape(shape as u32) else { continue };
-            let at = match geometry {
+            media[light as usize] = match geometry {
                 Shape::Mesh(mesh) => {
                     let area = |t: &u32| mesh.area(*t);
                     let largest = (0..mesh.triangles.len() as u32).max_by(|a, b| area(a).total_cmp(&area(b)));
                     let Some(triangle) = largest else { continue };
-                    mesh.surface(triangle, 1.0 / 3.0, 1.0 / 3.0)
+                    let middle = |t: u32| mesh.surface(t, 1.0 / 3.0, 1.0 / 3.0);
+                    let its = around(middle(triangle));
+                    let step = mesh.triangles.len().div_ceil(LAMP_PROBES);
+                    let some = (0..mesh.triangles.len() as u32).step_by(step).filter(|&t| mesh.area(t) > 0.0);
+                    if some.map(|t| around(middle(t))).any(|other| other != its) {
+                        let name = shown(&description.instances[shape].name);
+                        let what = "a lamp in several media is taken to lie where its largest triangle does; split it";
+                        warnings.push(format!("instance {shape} '{name}': {what}"));
+                    }
+                    its
                 }
-                Shape::Sphere(sphere) => sphere.at(glam::DVec3::Y),
+                Shape::Sphere(sphere) => around(sphere.at(glam::DVec3::Y)),
             };
-            media[light as usize] = [at.ng, -at.ng].map(|axis| self.probe(axis, |d| Ray::leaving(&at, d)));
         }
         for (light, medium) in media.iter_mut().enumerate() {
             if let Some(p) = self.lights.position(light as u32) {
                 *medium = [self.medium_at(p); 2];
             }
         }
+        self.warnings.extend(warnings);
         media
     }
 }
@@ -325,6 +340,9 @@ impl World {
 /// Offsets, across an axis of length 1, of the rays that ask for the medium around a point: near the axis, for what is
 /// open elsewhere (a surface of water), and on none of the planes and axes that models are symmetric about.
 const PROBES: [[f32; 2]; 5] = [[0.013, 0.029], [0.071, -0.047], [-0.083, -0.061], [-0.037, 0.109], [0.127, 0.053]];
+
+/// Most triangles of a lamp that are asked whether they lie in one medium.
+const LAMP_PROBES: usize = 64;
 
 /// The materials for caustic connections, if some of them have rough refraction to walk through.
 fn walked(description: &Description, bsdfs: &[Bsdf]) -> Option<Vec<Bsdf>> {
@@ -420,7 +438,14 @@ fn check_sphere(index: usize, instance: &Instance, sphere: &Sphere) -> Result<()
 }
 
 /// What only the placed mesh can show: overflow of the transform and triangles without area.
-fn check_placed(index: usize, instance: &Instance, mesh: &Mesh, warnings: &mut Vec<String>) -> Result<(), SceneError> {
+/// Warnings stand once, at the `first` instance of a mesh.
+fn check_placed(
+    index: usize,
+    instance: &Instance,
+    mesh: &Mesh,
+    warnings: &mut Vec<String>,
+    first: bool,
+) -> Result<(), SceneError> {
     if let Some((i, p)) = mesh.positions.iter().enumerate().find(|(_, p)| !(p.abs().max_element() <= MAX_COORDINATE)) {
         return Err(SceneError::Invalid {
             kind: "instance",
@@ -430,6 +455,9 @@ fn check_placed(index: usize, instance: &Instance, mesh: &Mesh, warnings: &mut V
             value: p.to_string(),
             expected: "coordinates below 1e18 were expected".to_owned(),
         });
+    }
+    if !first {
+        return Ok(());
     }
     let flat = (0..mesh.triangles.len() as u32).filter(|&t| mesh.area(t) == 0.0).count();
     if flat > 0 {
