@@ -1,5 +1,7 @@
 //! Words of hosts and files in messages.
 
+use std::path::Path;
+
 /// Most characters that a message repeats.
 const LONGEST: usize = 200;
 
@@ -11,6 +13,11 @@ pub(crate) fn shown(name: &str) -> String {
         text.push('…');
     }
     text
+}
+
+/// `path` with its control characters escaped. Whole: its end is what tells it from others.
+pub(crate) fn shown_path(path: &Path) -> String {
+    path.to_string_lossy().chars().map(escaped).collect()
 }
 
 fn escaped(c: char) -> String {
@@ -30,5 +37,6 @@ mod tests {
         assert_eq!(shown("a\n\u{1b}]0;x\u{7}\u{202e}"), "a\\n\\u{1b}]0;x\\u{7}\\u{202e}");
         assert_eq!(shown(&"ä".repeat(200)), "ä".repeat(200));
         assert_eq!(shown(&"ä".repeat(201)), "ä".repeat(200) + "…");
+        assert_eq!(shown_path(Path::new(&"a\u{1b}".repeat(200))), "a\\u{1b}".repeat(200));
     }
 }

@@ -24,14 +24,18 @@ fn edit(pointer: &str, value: u64) -> Vec<u8> {
     glb_of(builder.json.to_string().as_bytes(), &builder.bin)
 }
 
-/// Primitives of `count` vertices, all zeros but the first.
+/// Primitives of `count` vertices each, all zeros but the first.
 fn zeros(count: u64, primitives: usize) -> Vec<u8> {
     let mut builder = Builder::triangle();
     let index = builder.view(&[0]);
-    builder.json["accessors"][0] = json!({"componentType": 5126, "type": "VEC3", "count": count, "sparse": {
+    // Over the same accessor they would be one mesh.
+    builder.json["accessors"] = Value::from(vec![
+        json!({"componentType": 5126, "type": "VEC3", "count": count, "sparse": {
         "count": 1, "indices": {"bufferView": index, "componentType": 5121}, "values": {"bufferView": 0}}});
-    let primitive = builder.json["meshes"][0]["primitives"][0].clone();
-    builder.json["meshes"][0]["primitives"] = Value::from(vec![primitive; primitives]);
+        primitives
+    ]);
+    let primitive = |accessor: usize| json!({"attributes": {"POSITION": accessor}});
+    builder.json["meshes"][0]["primitives"] = (0..primitives).map(primitive).collect::<Vec<_>>().into();
     builder.glb()
 }
 

@@ -1,6 +1,6 @@
 //! What can go wrong, and how the objects of a file are named.
 
-use crate::text::shown;
+use crate::text::{shown, shown_path};
 use std::fmt;
 use std::path::PathBuf;
 
@@ -8,7 +8,7 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 pub enum GltfError {
     /// A file could not be read.
-    #[error("{}: {source}", shown(&path.to_string_lossy()))]
+    #[error("{}: {source}", shown_path(path))]
     Io {
         /// The file.
         path: PathBuf,
