@@ -117,7 +117,7 @@ fn integrators_with_absorbing_glass() {
 
 #[test]
 fn integrators_within_an_absorbing_medium() {
-    integrators_agree("murky", &scenes::murky(), 384);
+    integrators_agree("murky", &scenes::murky(), 128);
 }
 
 #[test]

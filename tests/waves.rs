@@ -81,7 +81,7 @@ fn a_point_light_through_waves() {
     let light = LightKind::Point { position: DVec3::new(1.5, 2.0, 0.0), intensity: Vec3::splat(3.0) };
     let world = under_waves(|b| b.light(light));
     let expected = measure("point light", &world, &with(Integrator::Light, 2048, None, None));
-    let name = "point light, searches";
+    let name = "point light, searches with 0.25";
     let ours = measure(name, &world, &with(Integrator::Mnee, 256, None, Some(0.25)));
     check_reference(name, &ours, &expected, (RUNS - 1) as f64, 0.025).unwrap_or_else(|e| panic!("{e}"));
     let without = measure("point light, no searches", &world, &with(Integrator::Mnee, 128, None, None));
