@@ -86,7 +86,7 @@ pub(super) fn about_device(pointer: DevicePointer, body: impl FnOnce() -> Result
 
 /// Body of a function that takes none.
 pub(super) fn without_device(body: impl FnOnce() -> Result<i32, Failure>) -> i32 {
-    enter(DevicePointer::null(), false, &mut None, |_| body())
+    about_device(DevicePointer::null(), body)
 }
 
 /// Body of a function that cannot fail.

@@ -341,7 +341,8 @@ impl World {
 /// open elsewhere (a surface of water), and on none of the planes and axes that models are symmetric about.
 const PROBES: [[f32; 2]; 5] = [[0.013, 0.029], [0.071, -0.047], [-0.083, -0.061], [-0.037, 0.109], [0.127, 0.053]];
 
-/// Most triangles of a lamp that are asked whether they lie in one medium.
+/// Most triangles of a lamp that are asked whether they lie in one medium: ten rays each, a millisecond for a lamp, and of
+/// its parts none above a 64th of the triangles is missed. Not tuned: it decides on a warning alone.
 const LAMP_PROBES: usize = 64;
 
 /// The materials for caustic connections, if some of them have rough refraction to walk through.

@@ -114,7 +114,7 @@ fn convert(
     })
 }
 
-/// A factor that was meant to be 1 but for a writer's rounding.
+/// A factor that was meant to be 1 but for a writer's rounding: some tens of steps of f32, far below what can be seen.
 fn rounded_down(factor: f32) -> f32 {
     if factor > 1.0 && factor < 1.0 + 1e-5 { 1.0 } else { factor }
 }

@@ -259,7 +259,7 @@ fn local_transform(node: &json::Node, object: &Object) -> Result<DAffine3, GltfE
     if let Some(matrix) = node.matrix {
         let m = object.all_finite("matrix", matrix)?.map(f64::from);
         let last_row = [m[3], m[7], m[11], m[15]];
-        // Products of matrices are rounded.
+        // Products of matrices are rounded: some tens of steps of f32.
         if last_row.iter().zip([0.0, 0.0, 0.0, 1.0]).any(|(x, exact)| (x - exact).abs() > 1e-5) {
             return Err(object.invalid("matrix, last row", format!("{last_row:?}"), "expected [0, 0, 0, 1]"));
         }

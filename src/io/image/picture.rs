@@ -78,7 +78,8 @@ fn is_too_dim(image: &Image) -> bool {
     2 * dim > all
 }
 
-/// RGBE writers cut a pixel's mantissas, of 8 bits for the largest (Ward 1991), and half a step makes that rounding.
+/// RGBE writers cut a pixel's mantissas, of 8 bits for the largest (Ward 1991), and half a step makes that rounding; a
+/// little less, for what lies on a step must stay there in f32. Below 1e-32 they write black.
 fn to_rgbe(p: Rgb) -> [f32; 3] {
     let largest = f64::from(p.max_element());
     if largest < 1e-32 {
