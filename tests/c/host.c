@@ -158,7 +158,10 @@ static bool on_progress(void* user, const caustica_progress* progress) {
     TRUE(progress->state == CAUSTICA_STATE_RUNNING);
     TRUE(!flushes());
     TRUE(caustica_render_start(device, &desc, &other) == CAUSTICA_ERROR_WRONG_STATE);
+    caustica_detail detail = {.struct_size = sizeof detail};
     TRUE(caustica_device_release(device) == CAUSTICA_ERROR_WRONG_STATE);
+    OK(caustica_last_error(device, &detail));
+    TRUE(detail.code == CAUSTICA_ERROR_WRONG_STATE);
     observer->fraction = progress->fraction;
     return ++observer->calls < observer->stop_after;
 }
@@ -205,6 +208,7 @@ static void asynchronous(void) {
     caustica_render_desc desc = request(100000000);
     caustica_render_job render, second;
     caustica_progress progress;
+    caustica_statistics statistics = {.struct_size = sizeof statistics};
     caustica_pixels pixels;
     memset(&pixels, 0, sizeof pixels);
     pixels.struct_size = sizeof pixels;
@@ -221,9 +225,10 @@ static void asynchronous(void) {
     OK(caustica_render_cancel(device, render));
     OK(caustica_render_wait(device, render, -1));
     OK(caustica_render_wait(device, render, 5));
-    TRUE(caustica_render_result(device, render, NULL) == CAUSTICA_CANCELLED);
+    TRUE(caustica_render_result(device, render, &statistics) == CAUSTICA_CANCELLED);
     OK(caustica_render_poll(device, render, &progress));
     TRUE(progress.state == CAUSTICA_STATE_CANCELLED);
+    TRUE(progress.samples == statistics.samples && progress.elapsed_seconds == statistics.render_seconds);
     OK(caustica_render_release(device, render));
 
     /* Released while it runs. */
