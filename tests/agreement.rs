@@ -146,6 +146,11 @@ fn integrators_with_a_light_in_glass() {
 }
 
 #[test]
+fn integrators_with_a_light_across_a_boundary() {
+    integrators_agree("light across a boundary", &scenes::light_across_a_boundary(), 96);
+}
+
+#[test]
 fn integrators_with_sphere_lights() {
     integrators_agree("sphere lights", &scenes::sphere_lights(), 128);
 }

@@ -156,14 +156,18 @@ mutation("to camera: absorption", "src/transport/connect.rs",
 mutation("walk: absorption", "src/transport/subpath.rs",
          "walk.beta *= world.transmittance(walk.medium, length);", "let _ = length;",
          ("agreement", "techniques_within_an_absorbing"))
-mutation("connection: medium on the wrong side", "src/scene/world.rs",
+mutation("connection: medium on the wrong side", "src/scene/media.rs",
          "if at.ng.dot(direction) < 0.0 { self.inside } else { self.outside }",
          "if at.ng.dot(direction) > 0.0 { self.inside } else { self.outside }",
          ("agreement", "integrators_with_absorbing_glass"))
 mutation("light in a medium: start of the light path", "src/transport/subpath.rs",
-         "let medium = self.world.light_media[sample.light as usize][back as usize];",
-         "let medium = self.world.light_media[sample.light as usize][back as usize] * 0;",
+         "let medium = self.world.medium_of_light(sample.light, &sample.at, back);",
+         "let medium = self.world.medium_of_light(sample.light, &sample.at, back) * 0;",
          ("agreement", "techniques_within_an_absorbing"))
+
+mutation("light in several media: taken to be in one", "src/scene/media.rs",
+         "if media.all(|other| other == first) {", "if media.all(|other| other == first) || true {",
+         ("agreement", "light_across_a_boundary"))
 
 # Lights.
 mutation("D / R_m at the start of the light path", "src/transport/weight.rs",
@@ -217,11 +221,11 @@ mutation("starts: the way back by the indices of the way there", "src/manifold/s
          "back = refract(back, vertex.ns, crossing.n_i, crossing.n_o)?;",
          ("lib", "the_way_back_is_exact"))
 mutation("search: facets are no reason for one", "src/transport/search.rs",
-         "self.refractors[i].curved || (facets && self.refractors[i].facets > 0)", "self.refractors[i].curved",
+         "body.curved || (facets && body.facets > 0)", "body.curved",
          ("waves", "roof"))
 mutation("search: chains through facets presumed as of curved glass", "src/transport/search.rs",
          "probability * share * (1.0", "probability * share.max(1.0) * (1.0", ("waves", "cut_stone"))
-mutation("medium: asked with a ray along the axis of a model", "src/scene/world.rs",
+mutation("medium: asked with a ray along the axis of a model", "src/scene/media.rs",
          "(axis + u * x + v * y).normalize()", "(axis + (u * x + v * y) * 0.0).normalize()", ("extremes", "below_a_pole"))
 mutation("lights: chosen more finely than random numbers are", "src/emitter/choose.rs",
          "(sum * STEPS).round() - before", "sum * STEPS - before", ("lib", "each_of_many_lights"))

@@ -15,7 +15,7 @@ use caustica::transport::options::CausticOptions;
 use common::oracle::{BIAS_LIMIT, check_bias, check_pairs, first_seed, renders};
 use common::stats::{block_means, mean_and_error};
 use common::{Builder, icosphere, scenes, settings};
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DAffine3, DQuat, DVec3, Vec3};
 use std::f64::consts::PI;
 
 const RUNS: u64 = 8;
@@ -453,11 +453,38 @@ fn what_is_below_a_pole_is_not_within_glass() {
 }
 
 #[test]
+fn glass_that_is_inside_out_is_told() {
+    for inward in [false, true] {
+        let mut b = Builder::default();
+        let (glass, lamp) = (b.glass(1.5, 0.0), b.lamp(1.0));
+        let turned = |mesh: MeshDescription| MeshDescription {
+            triangles: mesh.triangles.iter().map(|&[a, b, c]| if inward { [a, c, b] } else { [a, b, c] }).collect(),
+            ..mesh
+        };
+        let at = |x: f64, size: DVec3| {
+            DAffine3::from_scale_rotation_translation(size, DQuat::IDENTITY, DVec3::new(x, 0.0, 0.0))
+        };
+        b.mesh(turned(globe(12, 8)), glass, at(1000.0, DVec3::ONE));
+        b.mesh(turned(globe(12, 8)), glass, at(0.0, DVec3::new(1.0, 1.0, 1e-3)));
+        // Mirrored, its front stays in front.
+        b.mesh(turned(globe(12, 8)), glass, at(4.0, DVec3::new(-1.0, 1.0, 1.0)));
+        // No glass, or open.
+        b.mesh(turned(globe(12, 8)), lamp, at(8.0, DVec3::ONE));
+        let half = globe(12, 8);
+        let below = |t: &[u32; 3]| t.iter().all(|&v| half.positions[v as usize][1] < 0.1);
+        let triangles = half.triangles.iter().copied().filter(below).collect();
+        b.mesh(turned(MeshDescription { triangles, ..half.clone() }), glass, at(12.0, DVec3::ONE));
+        b.perspective([0.0, 0.0, 5.0], [0.0, 0.0, 0.0], 0.5);
+        let warnings = b.commit().warnings;
+        let told = warnings.iter().filter(|w| w.contains("face inward")).count();
+        assert_eq!(told, if inward { 3 } else { 0 }, "{warnings:#?}");
+    }
+}
+
+#[test]
 fn warnings_stand_once() {
     let mut b = Builder::default();
-    let (glass, lamp) = (b.glass(1.33, 0.0), b.lamp(1.0));
-    b.cuboid(Vec3::splat(-1.0), Vec3::splat(1.0), false, glass);
-    // One lamp in the water and one above, of one mesh: the first is the larger. Two more lie in the water.
+    let lamp = b.lamp(1.0);
     let square = |y: f32, side: f32| [[0.0, y, 0.0], [0.0, y, side], [side, y, side], [side, y, 0.0]];
     let of = |squares: &[(f32, f32)]| MeshDescription {
         name: "lamps".to_owned(),
@@ -474,5 +501,5 @@ fn warnings_stand_once() {
     b.perspective([0.0, 3.0, 3.0], [0.0, 0.0, 0.0], 0.5);
     let warnings = b.commit().warnings;
     let about = |what: &str| warnings.iter().filter(|w| w.contains(what)).count();
-    assert_eq!((about("several media"), about("triangles without area")), (1, 2), "{warnings:#?}");
+    assert_eq!(about("triangles without area"), 2, "{warnings:#?}");
 }

@@ -4,7 +4,7 @@
 use super::{Contribution, Observer, Sample, Splat};
 use crate::camera::Camera;
 use crate::math::{Rgb, Sampler, Stream, pixel_position};
-use crate::scene::world::MediumId;
+use crate::scene::media::MediumId;
 use crate::transport::{LightVertex, Tracer};
 use glam::Vec2;
 

@@ -7,11 +7,14 @@ pub mod compare;
 #[cfg(feature = "embree")]
 pub mod embree;
 pub mod obvhs;
+mod wide;
 
 #[cfg(test)]
 mod tests;
 
+pub(crate) use bounds::Bounds;
 pub use compare::{Comparison, compare};
+pub(crate) use wide::Wide;
 
 use crate::geometry::{Ray, Shape};
 

@@ -353,8 +353,7 @@ pub(super) fn look(world: &World, view: &View, settings: &Settings, host: &Host)
     let decides_number =
         bidirectional && connects && settings.caustic_options.light_subpaths.is_none() && !settings.per_technique;
     // Through flat glass, walks find all but what other facets lead to, and that is left to hits of the lamp.
-    let refractors = world.walked.as_ref().map_or(&world.refractors, |walked| &walked.refractors);
-    let curved = refractors.iter().any(|r| r.curved);
+    let curved = world.walked_glass().bodies().iter().any(|r| r.curved);
     let decides_seeds = bidirectional && connects && settings.caustic_options.seeds.is_none() && curved;
     let options = &settings.caustic_options;
     // What connections to delta lights search for, nothing else finds: it says nothing of other lamps. With the direct

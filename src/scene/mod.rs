@@ -2,6 +2,8 @@
 
 pub mod description;
 mod fingerprint;
+pub mod glass;
+pub mod media;
 mod rebase;
 mod validate;
 pub mod world;

@@ -1,9 +1,11 @@
 //! The committed scene: immutable, shared by renders.
 
 use super::description::{self, Description, Geometry, Instance, Medium, MeshDescription};
+use super::glass::Glass;
+use super::media::{Boundary, LightMedia, boundary};
 use super::{SceneError, fingerprint, rebase, validate};
 use crate::emitter::{Lights, MOST_LIGHTS};
-use crate::geometry::{Mesh, Ray, Shape, Sphere, SurfacePoint};
+use crate::geometry::{Mesh, Shape, Sphere};
 use crate::intersect::{self, Backend, BackendError, Intersector, MAX_COORDINATE};
 use crate::math::Rgb;
 use crate::scatter::Bsdf;
@@ -20,26 +22,6 @@ pub struct CommitOptions {
     pub backend: Backend,
     /// Threads for the build; 0 for as many as the process may use.
     pub threads: usize,
-}
-
-/// Index into [`World::media`]; 0 is vacuum.
-pub type MediumId = u16;
-
-/// The media on the two sides of a refracting surface.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Boundary {
-    /// Behind the surface.
-    pub inside: MediumId,
-    /// Before it.
-    pub outside: MediumId,
-}
-
-impl Boundary {
-    /// The medium on the side that `direction`, leaving the surface, points to.
-    #[inline]
-    pub fn medium_toward(&self, at: &SurfacePoint, direction: Vec3) -> MediumId {
-        if at.ng.dot(direction) < 0.0 { self.inside } else { self.outside }
-    }
 }
 
 /// What this scene needs at render time; everything else is off and costs nothing.
@@ -61,29 +43,11 @@ pub struct Requirements {
 
 /// What walks lead through, where some of that is rough: caustic connections see these materials in place
 /// of [`World::bsdfs`].
-#[derive(Clone, Debug)]
 pub struct Walked {
     /// Compiled materials; rough refraction below its material's threshold is not connectable.
     pub bsdfs: Vec<Bsdf>,
-    /// The shapes that refract smoothly, or so.
-    pub refractors: Vec<Refractor>,
-}
-
-/// A shape whose refraction walks lead through.
-#[derive(Clone, Copy, Debug)]
-pub struct Refractor {
-    /// Which.
-    pub shape: u32,
-    /// Lower corner of its box.
-    pub low: Vec3,
-    /// Upper corner of its box.
-    pub high: Vec3,
-    /// Radius of a sphere around it, about the middle of its box.
-    pub radius: f32,
-    /// Whether its normal turns, so that several paths may lead through it from one point to another.
-    pub curved: bool,
-    /// Its triangles, if some of them are not parallel, else 0.
-    pub facets: u32,
+    /// What refracts smoothly, or so.
+    pub glass: Glass,
 }
 
 /// A committed scene.
@@ -100,14 +64,14 @@ pub struct World {
     pub media: Vec<Medium>,
     /// All lights.
     pub lights: Arc<Lights>,
-    /// Medium at the front of each light (at the back where it emits to both sides, second).
-    pub light_media: Vec<[MediumId; 2]>,
+    /// What is around each light.
+    pub(super) light_media: Vec<LightMedia>,
     /// The ray tracer.
     pub intersector: Box<dyn Intersector>,
     /// Cameras as described.
     pub cameras: Vec<description::Camera>,
-    /// The shapes that refract smoothly: a segment outside all of their boxes sees no glass.
-    pub refractors: Vec<Refractor>,
+    /// What refracts smoothly.
+    pub glass: Glass,
     /// With rough ones; `None` if there are none, and where there are delta lights.
     pub walked: Option<Walked>,
     /// What is switched on.
@@ -160,7 +124,8 @@ impl World {
                 Geometry::Mesh(mesh) => {
                     let placed = place_mesh(instance, &meshes[mesh])?;
                     let first = warned.insert(mesh);
-                    check_placed(index, instance, &placed, &mut warnings, first)?;
+                    let refracts = boundaries[instance.material].is_some();
+                    check_placed(index, instance, &placed, &mut warnings, first, refracts)?;
                     Shape::Mesh(placed)
                 }
             };
@@ -185,15 +150,17 @@ impl World {
             _ => SceneError::Backend(error.to_string()),
         })?;
 
-        let refractors = refractors(&shapes, &shape_material, &bsdfs);
+        let glass = Glass::new(&shapes, &shape_material, &bsdfs)?;
         let delta_lights = description.lights.iter().any(|l| l.kind.emits());
         // What the camera sees of a delta light through frosted glass, only evaluation finds.
         let walked = walked(description, &bsdfs).filter(|_| !delta_lights);
-        let walked =
-            walked.map(|bsdfs| Walked { refractors: self::refractors(&shapes, &shape_material, &bsdfs), bsdfs });
-        let glass = walked.as_ref().map_or(&refractors, |w| &w.refractors);
+        let walked = match walked {
+            Some(bsdfs) => Some(Walked { glass: Glass::new(&shapes, &shape_material, &bsdfs)?, bsdfs }),
+            None => None,
+        };
+        let some_glass = !walked.as_ref().map_or(&glass, |w| &w.glass).bodies().is_empty();
         let requirements = Requirements {
-            caustics: !glass.is_empty() && !lights.is_empty(),
+            caustics: some_glass && !lights.is_empty(),
             delta_lights,
             media: boundaries.iter().any(Option::is_some),
             absorption: media.iter().any(|m| m.absorption != Rgb::ZERO),
@@ -210,7 +177,7 @@ impl World {
             light_media: Vec::new(),
             intersector,
             cameras: description.cameras.clone(),
-            refractors,
+            glass,
             walked,
             requirements,
             origin,
@@ -219,7 +186,7 @@ impl World {
             warnings,
             hash,
         };
-        world.light_media = world.probe_light_media(description);
+        world.light_media = world.probe_lights();
         world.commit_seconds = start.elapsed().as_secs_f64();
         Ok(world)
     }
@@ -232,6 +199,11 @@ impl World {
     /// Triangles in world space, instances counted as often as they stand.
     pub fn triangle_count(&self) -> u64 {
         self.shapes.iter().map(|s| if let Shape::Mesh(m) = s { m.triangles.len() as u64 } else { 0 }).sum()
+    }
+
+    /// What caustic connections lead through.
+    pub fn walked_glass(&self) -> &Glass {
+        self.walked.as_ref().map_or(&self.glass, |walked| &walked.glass)
     }
 
     /// Bytes of geometry and acceleration structure.
@@ -252,98 +224,7 @@ impl World {
     pub fn bsdf(&self, shape: u32) -> &Bsdf {
         &self.bsdfs[self.shape_material[shape as usize] as usize]
     }
-
-    /// The media a shape separates, if it refracts.
-    #[inline]
-    pub fn boundary(&self, shape: u32) -> Option<Boundary> {
-        self.boundaries[self.shape_material[shape as usize] as usize]
-    }
-
-    /// Beer-Lambert transmittance of a segment.
-    #[inline]
-    pub fn transmittance(&self, medium: MediumId, length: f32) -> Rgb {
-        let m = &self.media[medium as usize];
-        // An infinite segment, kept finite so that a channel without absorption does not become 0 * inf.
-        if m.absorption == Rgb::ZERO { Rgb::ONE } else { (-m.absorption * length.min(f32::MAX)).exp() }
-    }
-
-    /// The medium around a point in space: that of the near side of the first refracting surface upward, vacuum if
-    /// there is none. Surfaces that do not refract are passed.
-    pub fn medium_at(&self, p: Vec3) -> MediumId {
-        self.probe(Vec3::Y, |direction| Ray { origin: p, direction, t_max: f32::INFINITY })
-    }
-
-    /// What most of [`PROBES`] about an axis meet: some may slip through a pole or a seam that is not quite closed.
-    fn probe(&self, axis: Vec3, ray: impl Fn(Vec3) -> Ray) -> MediumId {
-        if !self.requirements.media {
-            return 0;
-        }
-        let (u, v) = axis.any_orthonormal_pair();
-        let found = PROBES.map(|[x, y]| self.medium_along(ray((axis + u * x + v * y).normalize())));
-        let votes = |medium: &MediumId| found.iter().filter(|m| *m == medium).count();
-        found.into_iter().max_by_key(votes).unwrap_or(0)
-    }
-
-    fn medium_along(&self, mut ray: Ray) -> MediumId {
-        // Each step leaves one surface behind; the count guards against coincident surfaces.
-        for _ in 0..1000 {
-            let Some(hit) = self.intersector.closest(&ray) else { return 0 };
-            let at = self.shapes[hit.shape as usize].surface(&ray, &hit);
-            if let Some(boundary) = self.boundary(hit.shape) {
-                return boundary.medium_toward(&at, -ray.direction);
-            }
-            ray = Ray::leaving(&at, ray.direction);
-        }
-        0
-    }
-
-    /// A light surface is taken to lie in one medium as a whole: the one at its largest triangle. Where some others lie
-    /// elsewhere, that is warned about.
-    fn probe_light_media(&mut self, description: &Description) -> Vec<[MediumId; 2]> {
-        let mut media = vec![[0; 2]; self.lights.len()];
-        if !self.requirements.media {
-            return media;
-        }
-        let around = |at: SurfacePoint| [at.ng, -at.ng].map(|axis| self.probe(axis, |d| Ray::leaving(&at, d)));
-        let mut warnings = Vec::new();
-        for (shape, geometry) in self.shapes.iter().enumerate() {
-            let Some(light) = self.lights.of_shape(shape as u32) else { continue };
-            media[light as usize] = match geometry {
-                Shape::Mesh(mesh) => {
-                    let area = |t: &u32| mesh.area(*t);
-                    let largest = (0..mesh.triangles.len() as u32).max_by(|a, b| area(a).total_cmp(&area(b)));
-                    let Some(triangle) = largest else { continue };
-                    let middle = |t: u32| mesh.surface(t, 1.0 / 3.0, 1.0 / 3.0);
-                    let its = around(middle(triangle));
-                    let step = mesh.triangles.len().div_ceil(LAMP_PROBES);
-                    let some = (0..mesh.triangles.len() as u32).step_by(step).filter(|&t| mesh.area(t) > 0.0);
-                    if some.map(|t| around(middle(t))).any(|other| other != its) {
-                        let name = shown(&description.instances[shape].name);
-                        let what = "a lamp in several media is taken to lie where its largest triangle does; split it";
-                        warnings.push(format!("instance {shape} '{name}': {what}"));
-                    }
-                    its
-                }
-                Shape::Sphere(sphere) => around(sphere.at(glam::DVec3::Y)),
-            };
-        }
-        for (light, medium) in media.iter_mut().enumerate() {
-            if let Some(p) = self.lights.position(light as u32) {
-                *medium = [self.medium_at(p); 2];
-            }
-        }
-        self.warnings.extend(warnings);
-        media
-    }
 }
-
-/// Offsets, across an axis of length 1, of the rays that ask for the medium around a point: near the axis, for what is
-/// open elsewhere (a surface of water), and on none of the planes and axes that models are symmetric about.
-const PROBES: [[f32; 2]; 5] = [[0.013, 0.029], [0.071, -0.047], [-0.083, -0.061], [-0.037, 0.109], [0.127, 0.053]];
-
-/// Most triangles of a lamp that are asked whether they lie in one medium: ten rays each, a millisecond for a lamp, and of
-/// its parts none above a 64th of the triangles is missed. Not tuned: it decides on a warning alone.
-const LAMP_PROBES: usize = 64;
 
 /// The materials for caustic connections, if some of them have rough refraction to walk through.
 fn walked(description: &Description, bsdfs: &[Bsdf]) -> Option<Vec<Bsdf>> {
@@ -355,39 +236,6 @@ fn walked(description: &Description, bsdfs: &[Bsdf]) -> Option<Vec<Bsdf>> {
     });
     let walked = walked.collect();
     any.then_some(walked)
-}
-
-/// The shapes that walks lead through.
-fn refractors(shapes: &[Shape], shape_material: &[u32], bsdfs: &[Bsdf]) -> Vec<Refractor> {
-    let shapes = (0..).zip(shapes.iter().zip(shape_material));
-    let refracting = shapes.filter(|(_, (_, m))| bsdfs[**m as usize].walked_refraction().is_some());
-    let refractor = |(shape, (geometry, _)): (u32, (&Shape, &u32))| {
-        let (low, high) = padded(geometry.bounds());
-        let radius = geometry.radius_about(0.5 * (low + high)) + (high - low).max_element() * 1e-4;
-        Refractor { shape, low, high, radius, curved: geometry.is_curved(), facets: geometry.facets() }
-    };
-    refracting.map(refractor).collect()
-}
-
-/// A box a little larger, by far more than the rounding of a hit.
-fn padded((low, high): (Vec3, Vec3)) -> (Vec3, Vec3) {
-    let pad = Vec3::splat(((high - low).max_element() + low.abs().max(high.abs()).max_element()) * 1e-5);
-    (low - pad, high + pad)
-}
-
-fn boundary(media: &mut Vec<Medium>, inside: Medium, outside: Medium) -> Result<Boundary, SceneError> {
-    let mut id = |m: Medium| {
-        let found = media.iter().position(|k| *k == m);
-        let index = found.unwrap_or_else(|| {
-            media.push(m);
-            media.len() - 1
-        });
-        match MediumId::try_from(index) {
-            Ok(id) if id < MediumId::MAX => Ok(id),
-            _ => Err(SceneError::TooLarge(format!("more than {} different media", MediumId::MAX))),
-        }
-    };
-    Ok(Boundary { inside: id(inside)?, outside: id(outside)? })
 }
 
 /// A vector with room for `n`, or an error instead of an abort.
@@ -446,6 +294,7 @@ fn check_placed(
     mesh: &Mesh,
     warnings: &mut Vec<String>,
     first: bool,
+    refracts: bool,
 ) -> Result<(), SceneError> {
     if let Some((i, p)) = mesh.positions.iter().enumerate().find(|(_, p)| !(p.abs().max_element() <= MAX_COORDINATE)) {
         return Err(SceneError::Invalid {
@@ -464,6 +313,12 @@ fn check_placed(
     if flat > 0 {
         let name = shown(&instance.name);
         warnings.push(format!("instance {index} '{name}': {flat} triangles without area are never hit"));
+    }
+    if refracts && mesh.faces_inward() {
+        let name = shown(&instance.name);
+        warnings.push(format!(
+            "instance {index} '{name}': closed glass whose triangles face inward has its glass around it; right for a hollow within other glass only"
+        ));
     }
     if mesh.triangles.is_empty() {
         warnings.push(format!("instance {index} '{}' has no triangles", shown(&instance.name)));

@@ -31,8 +31,7 @@ fn of_shape(shape: u32) -> usize {
 
 /// The glass of a scene, as a target.
 pub fn glass(world: &World) -> Arc<Targets> {
-    let glass = world.walked.as_ref().map_or(&world.refractors, |w| &w.refractors);
-    Arc::new(Targets::new(glass.iter().map(|r| (r.low, r.high, r.radius))))
+    Arc::new(Targets::new(world.walked_glass().bodies().iter().map(|r| (r.low, r.high, r.radius))))
 }
 
 /// The aim of a render's light subpaths.

@@ -11,7 +11,7 @@ use crate::camera::Endpoint;
 use crate::manifold::MAX_CHAIN;
 use crate::scatter::TransportMode;
 use crate::scene::World;
-use crate::scene::world::MediumId;
+use crate::scene::media::MediumId;
 use glam::Vec3;
 
 /// From where a macro-edge leaves.

@@ -3,7 +3,7 @@
 use crate::geometry::{Differential, Ray, Shape, SurfacePoint};
 use crate::manifold::{Interfaces, Probe, Source};
 use crate::scene::World;
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use std::cell::Cell;
 
 /// Other surfaces that a walk's ray may pass before it meets the interface it looks for. A bound for
@@ -74,14 +74,4 @@ impl Interfaces for Refractors<'_> {
         }
         None
     }
-}
-
-/// Whether the segment `origin + t direction`, `0 <= t <= t_max`, meets the box.
-#[inline]
-pub(super) fn meets_box(ray: &Ray, low: Vec3, high: Vec3) -> bool {
-    let inverse = ray.direction.recip();
-    let (a, b) = ((low - ray.origin) * inverse, (high - ray.origin) * inverse);
-    // A NaN of 0 * infinity is dropped by `min` and `max`, which keeps the answer conservative.
-    let (near, far) = (a.min(b).max_element(), a.max(b).min_element());
-    !(near.max(0.0) > far.min(ray.t_max) * 1.000_01)
 }

@@ -30,10 +30,7 @@ impl Tracer<'_> {
         let probability = self.options.search.unwrap_or(if delta { SEARCH } else { self.search });
         // Through facets where nothing else finds the light, or on demand: panes, too, have their edges.
         let facets = delta || self.options.search.is_some();
-        let several = |shape| {
-            let found = self.refractors.binary_search_by_key(&shape, |r| r.shape);
-            found.is_ok_and(|i| self.refractors[i].curved || (facets && self.refractors[i].facets > 0))
-        };
+        let several = |shape| self.glass.body(shape).is_some_and(|body| body.curved || (facets && body.facets > 0));
         let searches = probability > 0.0
             && self.options.check == Check::Exact
             && seen.seed.crossings().iter().any(|crossing| several(crossing.interface));
@@ -45,9 +42,8 @@ impl Tracer<'_> {
     /// and a chain that nothing else finds has all the weight whatever is presumed.
     pub(super) fn share_of_facet(&self, seen: &Seen) -> f64 {
         let share = |shape| {
-            let found = self.refractors.binary_search_by_key(&shape, |r| r.shape);
-            let flat = found.map(|i| &self.refractors[i]).ok().filter(|r| !r.curved);
-            1.0 / flat.map_or(1.0, |r| f64::from(r.facets.max(1)))
+            let flat = self.glass.body(shape).filter(|body| !body.curved);
+            1.0 / flat.map_or(1.0, |body| f64::from(body.facets.max(1)))
         };
         seen.seed.crossings().iter().map(|crossing| share(crossing.interface)).product()
     }

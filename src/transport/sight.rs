@@ -3,11 +3,10 @@
 //! matter, only those on the path; in the paper they do.
 
 use super::Tracer;
-use super::interfaces::meets_box;
 use crate::camera::Endpoint;
 use crate::geometry::{Ray, Shape, SurfacePoint};
 use crate::manifold::{Crossing, MAX_CHAIN, Seed};
-use crate::scene::world::MediumId;
+use crate::scene::media::MediumId;
 use glam::DVec3;
 
 /// Opaque surfaces that the straight segment may cross: light that glass bends passes beside them, as the
@@ -65,10 +64,10 @@ pub(super) fn segment(a: &Endpoint, b: &Endpoint) -> Option<Ray> {
 }
 
 impl Tracer<'_> {
-    /// The segment, if it meets a box around glass; without one there is no chain on it.
+    /// The segment, if there may be glass on it.
     #[inline]
     pub(super) fn toward_glass(&self, a: &Endpoint, b: &Endpoint) -> Option<Ray> {
-        segment(a, b).filter(|ray| self.refractors.iter().any(|r| meets_box(ray, r.low, r.high)))
+        segment(a, b).filter(|ray| self.glass.on(ray))
     }
 
     /// What lies on the segment `ray` from `a` to `b`: the visibility test and, where refracting surfaces

@@ -19,7 +19,8 @@ use crate::manifold::MAX_CHAIN;
 use crate::math::{Rgb, Sampler, Stream};
 use crate::scatter::{Bsdf, Microfacet, TransportMode};
 use crate::scene::World;
-use crate::scene::world::{MediumId, Refractor};
+use crate::scene::glass::Glass;
+use crate::scene::media::MediumId;
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -124,8 +125,8 @@ pub struct Tracer<'w> {
     pub aim: Option<Aim>,
     /// Compiled materials, as this tracer sees them.
     bsdfs: &'w [Bsdf],
-    /// The shapes that walks lead through.
-    pub(super) refractors: &'w [Refractor],
+    /// What walks lead through.
+    pub(super) glass: &'w Glass,
     /// Along the open edge's chain, where it crossed rough surfaces: the normals of the surface and of the
     /// microfacet, both to the front.
     pub(super) microfacets: [[Vec3; 2]; MAX_CHAIN],
@@ -189,7 +190,7 @@ impl<'w> Tracer<'w> {
             lights: world.lights.clone(),
             aim: None,
             bsdfs: &world.bsdfs,
-            refractors: &world.refractors,
+            glass: &world.glass,
             microfacets: [[Vec3::ZERO; 2]; MAX_CHAIN],
             camera_caustics: false,
             light_subpaths: 1.0,
@@ -209,7 +210,7 @@ impl<'w> Tracer<'w> {
     pub fn connect_through_glass(&mut self) {
         self.caustics = self.world.requirements.caustics;
         if let Some(walked) = &self.world.walked {
-            (self.bsdfs, self.refractors) = (&walked.bsdfs, &walked.refractors);
+            (self.bsdfs, self.glass) = (&walked.bsdfs, &walked.glass);
         }
     }
 
@@ -258,7 +259,7 @@ impl<'w> Tracer<'w> {
             return;
         };
         let back = matches!(&sample.at, Endpoint::Surface(at) if at.ng.dot(sample.direction) < 0.0);
-        let medium = self.world.light_media[sample.light as usize][back as usize];
+        let medium = self.world.medium_of_light(sample.light, &sample.at, back);
         let (ray, origin) = match &sample.at {
             Endpoint::Surface(at) => (Ray::leaving(at, sample.direction), at.p),
             Endpoint::Point(p) => (Ray { origin: *p, direction: sample.direction, t_max: f32::INFINITY }, *p),

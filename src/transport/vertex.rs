@@ -7,7 +7,7 @@ use crate::geometry::SurfacePoint;
 use crate::manifold::MAX_CHAIN;
 use crate::math::Rgb;
 use crate::scene::World;
-use crate::scene::world::MediumId;
+use crate::scene::media::MediumId;
 use glam::Vec3;
 
 /// A vertex that connections may use: a point on a surface with a connectable lobe.

@@ -311,6 +311,25 @@ pub fn light_in_glass() -> Builder {
     b
 }
 
+/// A lamp of one mesh, half within absorbing glass and half above it.
+pub fn light_across_a_boundary() -> Builder {
+    let mut b = Builder::default();
+    stage(&mut b);
+    let glass = b.material(Scattering::Dielectric {
+        inside: Medium { ior: 1.5, absorption: Rgb::new(0.5, 1.0, 2.0) },
+        outside: Medium::VACUUM,
+        roughness: 0.0,
+        tint: Rgb::ONE,
+    });
+    b.cuboid(Vec3::new(-1.0, 0.3, -0.6), Vec3::new(1.0, 1.1, 0.6), false, glass);
+    let lamp = b.lamp(2.0);
+    b.cuboid(Vec3::new(-0.3, 0.7, -0.2), Vec3::new(0.3, 1.7, 0.2), false, lamp);
+    let near = b.diffuse(0.7);
+    b.sphere(DVec3::new(-0.65, 0.7, 0.1), 0.2, near);
+    view(&mut b);
+    b
+}
+
 /// Parallel projection of diffuse and glossy surfaces and rough glass.
 pub fn orthographic() -> Builder {
     let mut b = rough_glass();

@@ -3,15 +3,12 @@
 //! no rounding margin) and direct transport cannot forgive a missed wall.
 
 mod triangle;
-mod wide;
 
-use super::bounds::Bounds;
-use super::{BackendError, Hit, Intersector};
+use super::{BackendError, Bounds, Hit, Intersector, Wide};
 use crate::geometry::{Ray, Shape, Sphere};
 use glam::Vec3;
 use std::ops::ControlFlow;
 use triangle::Query;
-use wide::Wide;
 
 /// A primitive where the leaves find it: corners copied, in leaf order.
 enum Primitive {

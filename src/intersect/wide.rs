@@ -23,7 +23,7 @@ struct Node {
 }
 
 /// The tree. Empty for no primitives.
-pub(super) struct Wide {
+pub(crate) struct Wide {
     nodes: Vec<Node>,
 }
 
@@ -46,7 +46,7 @@ const STACK: usize = 128;
 
 impl Wide {
     /// The tree and the order in which its leaves number the primitives.
-    pub(super) fn build(boxes: &[Bounds]) -> Result<(Wide, Vec<u32>), TryReserveError> {
+    pub(crate) fn build(boxes: &[Bounds]) -> Result<(Wide, Vec<u32>), TryReserveError> {
         if boxes.is_empty() {
             return Ok((Wide { nodes: Vec::new() }, Vec::new()));
         }
@@ -84,14 +84,14 @@ impl Wide {
     }
 
     /// Bytes of the tree.
-    pub(super) fn memory(&self) -> u64 {
+    pub(crate) fn memory(&self) -> u64 {
         (self.nodes.capacity() * size_of::<Node>()) as u64
     }
 
     /// Calls `test(primitive, t_max)` for every primitive whose box the segment may meet, boxes near the
     /// origin first; it returns the new end of the segment, or breaks off.
     #[inline]
-    pub(super) fn walk(&self, ray: &Ray, mut test: impl FnMut(u32, f32) -> ControlFlow<(), f32>) {
+    pub(crate) fn walk(&self, ray: &Ray, mut test: impl FnMut(u32, f32) -> ControlFlow<(), f32>) {
         if self.nodes.is_empty() {
             return;
         }

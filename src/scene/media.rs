@@ -1,0 +1,152 @@
+//! The media of a scene, and which of them is where.
+
+use super::description::Medium;
+use super::{SceneError, World};
+use crate::camera::Endpoint;
+use crate::geometry::{Ray, Shape, SurfacePoint};
+use crate::math::Rgb;
+use glam::{DVec3, Vec3};
+
+/// Index into [`World::media`]; 0 is vacuum.
+pub type MediumId = u16;
+
+/// The media on the two sides of a refracting surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Boundary {
+    /// Behind the surface.
+    pub inside: MediumId,
+    /// Before it.
+    pub outside: MediumId,
+}
+
+impl Boundary {
+    /// The medium on the side that `direction`, leaving the surface, points to.
+    #[inline]
+    pub fn medium_toward(&self, at: &SurfacePoint, direction: Vec3) -> MediumId {
+        if at.ng.dot(direction) < 0.0 { self.inside } else { self.outside }
+    }
+}
+
+/// The media around a light.
+pub(super) enum LightMedia {
+    /// At its front and at its back.
+    One([MediumId; 2]),
+    /// It crosses a boundary: asked wherever a light subpath starts.
+    Several,
+}
+
+/// The media on the sides of a surface; what is new is added to `media`.
+pub(super) fn boundary(media: &mut Vec<Medium>, inside: Medium, outside: Medium) -> Result<Boundary, SceneError> {
+    let mut id = |m: Medium| {
+        let found = media.iter().position(|k| *k == m);
+        let index = found.unwrap_or_else(|| {
+            media.push(m);
+            media.len() - 1
+        });
+        match MediumId::try_from(index) {
+            Ok(id) if id < MediumId::MAX => Ok(id),
+            _ => Err(SceneError::TooLarge(format!("more than {} different media", MediumId::MAX))),
+        }
+    };
+    Ok(Boundary { inside: id(inside)?, outside: id(outside)? })
+}
+
+/// Offsets, across an axis of length 1, of the rays that ask for the medium around a point: near the axis, for what is
+/// open elsewhere (a surface of water), and on none of the planes and axes that models are symmetric about.
+const PROBES: [[f32; 2]; 5] = [[0.013, 0.029], [0.071, -0.047], [-0.083, -0.061], [-0.037, 0.109], [0.127, 0.053]];
+
+/// Most triangles of a lamp that are asked whether they lie in one medium: forty rays each, some milliseconds for a lamp.
+/// Not tuned; a part of a lamp between these, of fewer triangles, can be missed.
+const LAMP_PROBES: usize = 64;
+
+/// Where a triangle of a lamp is asked: its middle and near its corners.
+const WITHIN: [[f32; 2]; 4] = [[0.33, 0.33], [0.02, 0.02], [0.96, 0.02], [0.02, 0.96]];
+
+impl World {
+    /// The media a shape separates, if it refracts.
+    #[inline]
+    pub fn boundary(&self, shape: u32) -> Option<Boundary> {
+        self.boundaries[self.shape_material[shape as usize] as usize]
+    }
+
+    /// Beer-Lambert transmittance of a segment.
+    #[inline]
+    pub fn transmittance(&self, medium: MediumId, length: f32) -> Rgb {
+        let m = &self.media[medium as usize];
+        // An infinite segment, kept finite so that a channel without absorption does not become 0 * inf.
+        if m.absorption == Rgb::ZERO { Rgb::ONE } else { (-m.absorption * length.min(f32::MAX)).exp() }
+    }
+
+    /// The medium around a point in space: that of the near side of the first refracting surface upward, vacuum if
+    /// there is none. Surfaces that do not refract are passed.
+    pub fn medium_at(&self, p: Vec3) -> MediumId {
+        self.probe(Vec3::Y, |direction| Ray { origin: p, direction, t_max: f32::INFINITY })
+    }
+
+    /// What most of [`PROBES`] about an axis meet: some may slip through a pole or a seam that is not quite closed.
+    fn probe(&self, axis: Vec3, ray: impl Fn(Vec3) -> Ray) -> MediumId {
+        if !self.requirements.media {
+            return 0;
+        }
+        let (u, v) = axis.any_orthonormal_pair();
+        let found = PROBES.map(|[x, y]| self.medium_along(ray((axis + u * x + v * y).normalize())));
+        let votes = |medium: &MediumId| found.iter().filter(|m| *m == medium).count();
+        found.into_iter().max_by_key(votes).unwrap_or(0)
+    }
+
+    fn medium_along(&self, mut ray: Ray) -> MediumId {
+        // Each step leaves one surface behind; the count guards against coincident surfaces.
+        for _ in 0..1000 {
+            let Some(hit) = self.intersector.closest(&ray) else { return 0 };
+            let at = self.shapes[hit.shape as usize].surface(&ray, &hit);
+            if let Some(boundary) = self.boundary(hit.shape) {
+                return boundary.medium_toward(&at, -ray.direction);
+            }
+            ray = Ray::leaving(&at, ray.direction);
+        }
+        0
+    }
+
+    /// The medium into which a light shines at a point of it: at its back, or at its front.
+    #[inline]
+    pub fn medium_of_light(&self, light: u32, at: &Endpoint, back: bool) -> MediumId {
+        match (&self.light_media[light as usize], at) {
+            (LightMedia::Several, Endpoint::Surface(at)) => self.medium_before(at, back),
+            (LightMedia::One(media), _) => media[usize::from(back)],
+            (LightMedia::Several, _) => 0,
+        }
+    }
+
+    /// The medium at one side of a surface that does not refract.
+    fn medium_before(&self, at: &SurfacePoint, back: bool) -> MediumId {
+        let axis = if back { -at.ng } else { at.ng };
+        self.probe(axis, |direction| Ray::leaving(at, direction))
+    }
+
+    /// The media around all lights.
+    pub(super) fn probe_lights(&self) -> Vec<LightMedia> {
+        let around_point = |light| self.lights.position(light).map_or(0, |p| self.medium_at(p));
+        let mut media: Vec<_> =
+            (0..self.lights.len() as u32).map(|light| LightMedia::One([around_point(light); 2])).collect();
+        for (shape, geometry) in (0..).zip(&self.shapes) {
+            if let Some(light) = self.lights.of_shape(shape).filter(|_| self.requirements.media) {
+                media[light as usize] = self.probe_lamp(geometry);
+            }
+        }
+        media
+    }
+
+    fn probe_lamp(&self, lamp: &Shape) -> LightMedia {
+        let points: Vec<_> = match lamp {
+            Shape::Mesh(mesh) => {
+                let step = mesh.triangles.len().div_ceil(LAMP_PROBES);
+                let some = (0..mesh.triangles.len() as u32).step_by(step).filter(|&t| mesh.area(t) > 0.0);
+                some.flat_map(|t| WITHIN.map(|[u, v]| mesh.surface(t, u, v))).collect()
+            }
+            Shape::Sphere(sphere) => DVec3::AXES.iter().flat_map(|&d| [sphere.at(d), sphere.at(-d)]).collect(),
+        };
+        let mut media = points.iter().map(|at| [false, true].map(|back| self.medium_before(at, back)));
+        let first = media.next().unwrap_or_default();
+        if media.all(|other| other == first) { LightMedia::One(first) } else { LightMedia::Several }
+    }
+}
