@@ -26,7 +26,7 @@ const PASSES: u32 = 8;
 
 /// Keeps the rays that pass through it.
 struct Recorder {
-    inner: Box<dyn Intersector>,
+    inner: Arc<dyn Intersector>,
     closest: Arc<Mutex<Vec<Ray>>>,
     occluded: Arc<Mutex<Vec<Ray>>>,
 }
@@ -101,7 +101,7 @@ fn measure(name: &str) {
     let mut recorded = world(&scene, Backend::default());
     let (closest, occluded) = (Arc::new(Mutex::new(Vec::new())), Arc::new(Mutex::new(Vec::new())));
     let inner = recorded.intersector;
-    recorded.intersector = Box::new(Recorder { inner, closest: closest.clone(), occluded: occluded.clone() });
+    recorded.intersector = Arc::new(Recorder { inner, closest: closest.clone(), occluded: occluded.clone() });
     let render = |world: &World, settings| render(world, &settings, &Cancel::default(), &|_| ()).expect("a render");
     let run = |world: &World, integrator| _ = black_box(render(world, settings(integrator)));
     run(&recorded, Integrator::Bdpt);
@@ -169,7 +169,7 @@ fn measure_walks(name: &str) {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(format!("{name}.glb"));
     let (mut recorded, closest) = (world(&scene, Backend::default()), Arc::new(Mutex::new(Vec::new())));
     let inner = recorded.intersector;
-    recorded.intersector = Box::new(Recorder { inner, closest: closest.clone(), occluded: Arc::default() });
+    recorded.intersector = Arc::new(Recorder { inner, closest: closest.clone(), occluded: Arc::default() });
     let run = |world: &World| {
         render(world, &settings(Integrator::Bdpt), &Cancel::default(), &|_| ()).expect("a render").statistics
     };

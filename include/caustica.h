@@ -295,7 +295,8 @@ typedef struct caustica_commit_report {
 
 /* Checks the scene, builds, and makes the snapshot that later renders use. It is here that the values of
  * meshes, materials, instances, lights and cameras are checked. On an error the last snapshot stays, and
- * the details name object, field, index and value. `report` may be NULL. */
+ * the details name object, field, index and value. `report` may be NULL. Where meshes and instances are as
+ * they were and where they were, geometry is not built again: of cameras, lights and materials a commit is fast. */
 caustica_result caustica_scene_commit(caustica_device* device, caustica_scene scene, caustica_commit_report* report);
 
 /* ---- Lights --------------------------------------------------------------------------------- */
@@ -530,7 +531,9 @@ typedef struct caustica_pixels {
     uint64_t row_stride; /* bytes from one row to the next; 0: no gap */
 } caustica_pixels;
 
-/* Copies the image of a render that is over to the host's memory. Callback-safe. */
+/* Copies the image to the host's memory: of a render that is over, or of one that runs the average over its
+ * whole passes so far (caustica_progress: samples). CAUSTICA_ERROR_WRONG_STATE while there is none.
+ * Callback-safe. */
 caustica_result caustica_render_read(caustica_device* device, caustica_render_job render,
                                      const caustica_pixels* pixels);
 

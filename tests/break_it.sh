@@ -169,6 +169,9 @@ mutation("light in several media: taken to be in one", "src/scene/media.rs",
          "if media.all(|other| other == first) {", "if media.all(|other| other == first) || true {",
          ("agreement", "light_across_a_boundary"))
 
+mutation("commit: shapes of before, whatever there is now", "src/scene/world.rs",
+         "world.shapes_hash == hash.shapes && ", "", ("job", "a_commit_shares"))
+
 # Lights.
 mutation("D / R_m at the start of the light path", "src/transport/weight.rs",
          "technique: technique * direct / position,", "technique,", ("weights", "sphere_light"),
@@ -249,8 +252,8 @@ mutation("caustic: eta squared", "src/transport/caustic.rs",
          "(n_a / n_b).powi(2)", "(n_a / n_b).powi(0)",
          ("caustic", "light_in_a_glass_ball"))
 mutation("caustic: depth cap", "src/transport/connect.rs",
-         "Sight::Refracted(mut seen) if a.segments + seen.segments() <= self.max_depth => {",
-         "Sight::Refracted(mut seen) if a.segments <= self.max_depth => {",
+         "Sight::Refracted(mut seen) if segments + seen.segments() <= self.max_depth => {",
+         "Sight::Refracted(mut seen) if segments <= self.max_depth => {",
          ("caustic", "the_depth_cap"))
 mutation("caustic: chain counted in the camera's own technique", "src/transport/edge.rs",
          "Departure::Camera => None,", "Departure::Camera => Some(Endpoint::Point(edge.origin)),",

@@ -3,16 +3,21 @@
 
 mod common;
 
+use caustica::intersect::Backend;
 use caustica::math::Rgb;
-use caustica::render::job::{Cancel, Integrator, RenderError, Settings, TechniqueImages, render};
-use caustica::scene::World;
+use caustica::render::job::{
+    Cancel, Integrator, Progress, RenderError, Settings, TechniqueImages, render, render_shown,
+};
+use caustica::render::preview::Preview;
+use caustica::scene::description::Geometry;
+use caustica::scene::{CommitOptions, World};
 use common::{Builder, settings};
 use glam::{DVec3, Vec3};
 use std::collections::BTreeMap;
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-fn world() -> World {
+fn scene() -> Builder {
     let mut b = Builder::default();
     let white = b.diffuse(0.7);
     b.quad(Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0, white);
@@ -21,7 +26,68 @@ fn world() -> World {
     let lamp = b.lamp(10.0);
     b.quad(Vec3::new(-0.3, 2.5, -0.3), Vec3::X * 0.6, Vec3::Z * 0.6, lamp);
     b.perspective([0.0, 1.5, 4.0], [0.0, 0.5, 0.0], 0.8);
-    b.commit()
+    b
+}
+
+fn world() -> World {
+    scene().commit()
+}
+
+#[test]
+fn a_commit_shares_shapes_and_ray_tracer_where_these_stay() {
+    type Edit = fn(&mut Builder);
+    let stay: [(&str, Edit); 4] = [
+        ("camera", |b| b.0.cameras[0].transform.translation.x += 0.3),
+        ("material", |b| b.0.materials[1] = b.0.materials[0].clone()),
+        ("its choice", |b| b.0.instances[0].material = 1),
+        ("environment", |b| b.0.environment = Rgb::ONE),
+    ];
+    let go: [(&str, Edit); 4] = [
+        ("place", |b| b.0.instances[1].transform.translation.x += 0.125),
+        ("radius", |b| b.0.instances[1].geometry = Geometry::Sphere { radius: 0.25 }),
+        ("vertex", |b| b.0.meshes[0].positions[0][1] = 0.25),
+        ("one less", |b| _ = b.0.instances.pop()),
+    ];
+    let image = |world: &World| common::run(world, &settings(Integrator::Bdpt, 24, 4, 3)).image;
+    for (shares, edits) in [(true, stay), (false, go)] {
+        for (what, edit) in edits {
+            let mut b = scene();
+            let before = b.commit();
+            edit(&mut b);
+            let after = World::commit_after(Some(&before), &b.0, CommitOptions::default()).expect("a scene");
+            assert_eq!(Arc::ptr_eq(&before.shapes, &after.shapes), shares, "{what}");
+            assert_eq!(Arc::ptr_eq(&before.intersector, &after.intersector), shares, "{what}");
+            let fresh = b.commit();
+            assert_eq!(image(&after), image(&fresh), "{what}");
+            assert_eq!((after.hash(), &after.warnings), (fresh.hash(), &fresh.warnings), "{what}");
+            assert_ne!(after.hash(), before.hash(), "{what}");
+        }
+    }
+    let before = world();
+    let obvhs = CommitOptions { backend: Backend::Obvhs, ..CommitOptions::default() };
+    let after = World::commit_after(Some(&before), &scene().0, obvhs).expect("a scene");
+    assert_eq!(Arc::ptr_eq(&before.intersector, &after.intersector), Backend::default() == Backend::Obvhs);
+}
+
+#[test]
+fn what_is_shown_while_it_renders_is_the_image_of_as_many_samples() {
+    let world = world();
+    // One worker, so that nothing is added while it reports.
+    let request = |samples| Settings { threads: 1, ..settings(Integrator::Bdpt, 40, samples, 3) };
+    let (cancel, preview, shown) = (Cancel::default(), Preview::default(), Mutex::new(None));
+    assert!(preview.image().expect("memory").is_none());
+    let progress = |p: Progress| {
+        let image = preview.image().expect("memory");
+        assert_eq!(image.is_some(), p.samples > 0);
+        if let Some(image) = image {
+            *shown.lock().unwrap() = Some((p.samples, image));
+            cancel.cancel();
+        }
+    };
+    render_shown(&world, &request(1 << 20), &cancel, &progress, &preview).expect("a render");
+    assert!(preview.image().expect("memory").is_none());
+    let (samples, image) = shown.lock().unwrap().take().expect("a report with samples");
+    assert_eq!(image, common::run(&world, &request(samples)).image);
 }
 
 #[test]

@@ -4,6 +4,7 @@
 
 use super::device::{self, Device, DevicePointer};
 use super::error::{self, ERROR_INTERNAL, ERROR_WRONG_STATE, Failure, OK};
+use crate::pool::arithmetic::Arithmetic;
 use std::cell::{Cell, RefCell};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Once};
@@ -151,27 +152,22 @@ thread_local! {
 /// This thread runs code of ours until the value is dropped: panics are recorded and not printed, and
 /// the floating-point state is the one Rust assumes.
 pub(super) struct Inside {
-    #[cfg(target_arch = "x86_64")]
-    host_mxcsr: u32,
+    host_arithmetic: Arithmetic,
 }
 
 impl Inside {
     pub(super) fn enter() -> Inside {
         install_panic_hook();
         let _ = DEPTH.try_with(|depth| depth.set(depth.get() + 1));
-        #[cfg(target_arch = "x86_64")]
-        let inside = Inside { host_mxcsr: mxcsr::get() };
-        #[cfg(not(target_arch = "x86_64"))]
-        let inside = Inside {};
-        default_floating_point();
+        let inside = Inside { host_arithmetic: Arithmetic::of_thread() };
+        Arithmetic::DEFAULT.set();
         inside
     }
 }
 
 impl Drop for Inside {
     fn drop(&mut self) {
-        #[cfg(target_arch = "x86_64")]
-        mxcsr::set(self.host_mxcsr);
+        self.host_arithmetic.set();
         let _ = DEPTH.try_with(|depth| depth.set(depth.get() - 1));
     }
 }
@@ -181,47 +177,13 @@ pub(super) fn call_host<T>(callback: impl FnOnce() -> T) -> T {
     let outer = IN_CALLBACK.try_with(|flag| flag.replace(true)).unwrap_or(true);
     let result = callback();
     let _ = IN_CALLBACK.try_with(|flag| flag.set(outer));
-    default_floating_point();
+    Arithmetic::DEFAULT.set();
     result
 }
 
 /// Whether the host's code runs on this thread on our behalf.
 pub(super) fn in_callback() -> bool {
     IN_CALLBACK.try_with(Cell::get).unwrap_or(false)
-}
-
-/// A host built with `-ffast-math` runs with flush-to-zero, which would change the image.
-fn default_floating_point() {
-    #[cfg(target_arch = "x86_64")]
-    mxcsr::set(mxcsr::DEFAULT);
-}
-
-/// The control and status register of SSE arithmetic.
-///
-/// Rust code may assume its default value, and changing it to another one is undefined behaviour.
-/// Here it only changes to the default, before code of ours computes, and back to what the host had,
-/// after it has: in between, the assumption holds.
-#[cfg(target_arch = "x86_64")]
-mod mxcsr {
-    use std::arch::asm;
-
-    /// All exceptions masked, round to nearest, no flush to zero, no exception flag raised.
-    pub(super) const DEFAULT: u32 = 0x1f80;
-
-    #[inline]
-    pub(super) fn get() -> u32 {
-        let mut value = 0u32;
-        // SAFETY: stores four bytes to a local.
-        unsafe { asm!("stmxcsr [{}]", in(reg) &raw mut value, options(nostack, preserves_flags)) };
-        value
-    }
-
-    #[inline]
-    pub(super) fn set(value: u32) {
-        // SAFETY: loads either the default, or a value that `get` read and that therefore has no
-        // reserved bit set; see the module's comment for why the change is allowed.
-        unsafe { asm!("ldmxcsr [{}]", in(reg) &raw const value, options(nostack, readonly)) };
-    }
 }
 
 /// Rust prints the message of a panic before anybody can catch it. The hook keeps those of our own

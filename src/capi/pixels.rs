@@ -171,9 +171,11 @@ guard::export! {
 fn read(device: &Arc<Device>, render: Handle<Render>, pixels: In<Pixels>) -> Result<i32, Failure> {
     let target = pixels.read("pixels")?;
     let object = device.renders.get(render)?;
-    let finished = object.finished()?;
-    let output = finished.result.as_ref().map_err(Failure::clone)?;
-    copy(&output.image, &target).map_err(|failure| failure.object_if_none(OBJECT_RENDER, render.id(), ""))
+    let copied = match object.so_far()? {
+        Ok(finished) => copy(&finished.result.as_ref().map_err(Failure::clone)?.image, &target),
+        Err(image) => copy(&image, &target),
+    };
+    copied.map_err(|failure| failure.object_if_none(OBJECT_RENDER, render.id(), ""))
 }
 
 fn copy(image: &Image, target: &Pixels) -> Result<i32, Failure> {

@@ -12,7 +12,9 @@ use super::options::CausticOptions;
 use super::pixels::Statistics;
 use super::pointer::{In, Out, OutStruct, Sized32};
 use super::scene::{Scene, Snapshot};
+use crate::render::Image;
 use crate::render::job::{self, Cancel, Caustics, Integrator, Output, Settings};
+use crate::render::preview::Preview;
 use std::ffi::c_void;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
@@ -130,6 +132,7 @@ pub(super) struct Finished {
 pub struct Render {
     id: u64,
     cancel: Cancel,
+    preview: Preview,
     latest: Mutex<job::Progress>,
     finished: Mutex<Option<Arc<Finished>>>,
     over: Condvar,
@@ -152,6 +155,7 @@ impl Render {
         Render {
             id,
             cancel: Cancel::default(),
+            preview: Preview::default(),
             latest: Mutex::new(start),
             finished: Mutex::new(None),
             over: Condvar::new(),
@@ -181,9 +185,22 @@ impl Render {
 
     /// What came of it; an error while it runs.
     pub(super) fn finished(&self) -> Result<Arc<Finished>, Failure> {
-        lock(&self.finished)
-            .clone()
-            .ok_or_else(|| Failure::new(ERROR_WRONG_STATE, "the render is running").object(OBJECT_RENDER, self.id, ""))
+        let finished = lock(&self.finished).clone();
+        finished.ok_or_else(|| self.running("the render is running"))
+    }
+
+    /// What came of it, or the image of its whole passes while it runs.
+    pub(super) fn so_far(&self) -> Result<Result<Arc<Finished>, Image>, Failure> {
+        // A render that ends in between shows nothing, and has finished after that.
+        match (self.preview.image()?, self.finished()) {
+            (_, Ok(finished)) => Ok(Ok(finished)),
+            (Some(image), Err(_)) => Ok(Err(image)),
+            (None, Err(_)) => Err(self.running("the render has no whole pass yet")),
+        }
+    }
+
+    fn running(&self, text: &str) -> Failure {
+        Failure::new(ERROR_WRONG_STATE, text).object(OBJECT_RENDER, self.id, "")
     }
 
     /// The last relative standard error that was estimated.
@@ -200,7 +217,8 @@ impl Render {
             }
         };
         let result = guard::catch(|| {
-            job::render(&request.snapshot.world, &request.settings, &self.cancel, &progress).map_err(Failure::from)
+            let (world, settings) = (&request.snapshot.world, &request.settings);
+            job::render_shown(world, settings, &self.cancel, &progress, &self.preview).map_err(Failure::from)
         });
         let result = result.map_err(|failure| failure.object_if_none(OBJECT_RENDER, self.id, ""));
         if let (Err(failure), Some(messages)) = (&result, messages) {

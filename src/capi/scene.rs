@@ -156,7 +156,9 @@ fn commit(device: &Arc<Device>, scene: Handle<Scene>, report: OutStruct<CommitRe
     let (description, origins) = describe(&contents)?;
     let options = CommitOptions { backend: device.backend, threads: device.threads };
     // The contents are only read: what goes wrong inside must not poison their lock.
-    let committed = match catch_unwind(AssertUnwindSafe(|| World::commit(&description, options))) {
+    let previous = scene.snapshot();
+    let world = || World::commit_after(previous.as_ref().map(|snapshot| &snapshot.world), &description, options);
+    let committed = match catch_unwind(AssertUnwindSafe(world)) {
         Ok(committed) => committed,
         Err(panic) => {
             drop(contents);

@@ -5,9 +5,8 @@ use super::error::*;
 use super::guard;
 use super::handle::Handle;
 use super::pointer::{MAX_PATH, Text};
-use super::render::{Finished, Render};
+use super::render::Render;
 use crate::io::image::{self, ImageError, Metadata, WriteOptions};
-use crate::render::job::Output;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -24,7 +23,8 @@ fn write(device: &Arc<Device>, render: Handle<Render>, path: Text) -> Result<i32
     }
     let finished = object.finished()?;
     let output = finished.result.as_ref().map_err(Failure::clone)?;
-    let (path, metadata) = (Path::new(&path), metadata(&finished, output));
+    let path = Path::new(&path);
+    let metadata = Metadata::of_render(&finished.settings, &finished.camera, finished.scene_hash, &output.statistics);
     let written = image::write(path, &output.image, &metadata, &WriteOptions::default()).map_err(failure)?;
     for (count, what) in [(written.non_finite, "were NaN or infinite, now black"), (written.clamped, "were clamped")] {
         if count > 0 {
@@ -34,19 +34,6 @@ fn write(device: &Arc<Device>, render: Handle<Render>, path: Text) -> Result<i32
         }
     }
     Ok(OK)
-}
-
-/// The keys that the command line writes.
-fn metadata(finished: &Finished, output: &Output) -> Metadata {
-    let settings = &finished.settings;
-    let mut metadata = Metadata::new();
-    metadata
-        .set("samples", output.statistics.samples)
-        .set("seed", settings.seed)
-        .set("settings", format!("{} camera={:?}", settings.describe(), finished.camera))
-        .set("scene-hash", format!("{:016x}", finished.scene_hash))
-        .set("backend", output.statistics.backend.as_str());
-    metadata
 }
 
 fn failure(error: ImageError) -> Failure {

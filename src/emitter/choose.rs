@@ -20,9 +20,23 @@ pub(super) struct Choice {
     distribution: Discrete,
 }
 
+/// What a light is chosen by.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Power {
+    /// Emitted flux, positive.
+    pub(super) flux: f64,
+    /// Whether that is what passes the scene's disk, and so grows with the scene.
+    pub(super) infinite: bool,
+}
+
 impl Choice {
-    /// From the emitted powers, all positive; `None` if there are none.
-    pub(super) fn by_power(powers: &[f64]) -> Option<Choice> {
+    /// From the emitted powers; `None` if there are none. All light from infinity together is chosen no more often than all
+    /// other: most of its flux passes by what the camera sees, the more the farther the ground reaches.
+    pub(super) fn by_power(powers: &[Power]) -> Option<Choice> {
+        let sum = |infinite| powers.iter().filter(|p| p.infinite == infinite).map(|p| p.flux).sum::<f64>();
+        let (finite, infinite) = (sum(false), sum(true));
+        let kept = if finite > 0.0 && infinite > finite { finite / infinite } else { 1.0 };
+        let powers: Vec<f64> = powers.iter().map(|p| if p.infinite { p.flux * kept } else { p.flux }).collect();
         let total: f64 = powers.iter().sum();
         // More than a step for each, or rounding might leave none.
         let uniform = (UNIFORM_SHARE / powers.len() as f64).max(1.001 / STEPS);
@@ -53,9 +67,32 @@ impl Choice {
 mod tests {
     use super::*;
 
+    fn finite(flux: f64) -> Power {
+        Power { flux, infinite: false }
+    }
+
+    #[test]
+    fn light_from_infinity_has_half_of_the_choices_at_most() {
+        let infinite = |flux| Power { flux, infinite: true };
+        let probabilities = |powers: &[Power]| {
+            let choice = Choice::by_power(powers).unwrap();
+            (0..powers.len() as u32).map(|i| choice.probability(i)).collect::<Vec<_>>()
+        };
+        let third = 0.1 / 3.0;
+        for (powers, expected) in [
+            ([finite(1.0), infinite(3e9), infinite(1e9)], [0.45 + third, 0.3375 + third, 0.1125 + third]),
+            ([finite(6.0), infinite(2.0), infinite(1.0)], [0.6 + third, 0.2 + third, 0.1 + third]),
+            ([infinite(1e-9), infinite(7e-9), infinite(1e-9)], [0.1 + third, 0.7 + third, 0.1 + third]),
+        ] {
+            for (p, e) in probabilities(&powers).into_iter().zip(expected) {
+                assert!((p - e).abs() < 1e-6, "{powers:?}: {p} instead of {e}");
+            }
+        }
+    }
+
     #[test]
     fn strong_lights_are_chosen_by_power_and_no_light_is_forgotten() {
-        let choice = Choice::by_power(&[1e9, 3e9, 1e-30]).unwrap();
+        let choice = Choice::by_power(&[1e9, 3e9, 1e-30].map(finite)).unwrap();
         let third = 0.1 / 3.0;
         for (i, expected) in [0.225 + third, 0.675 + third, third].into_iter().enumerate() {
             assert!((choice.probability(i as u32) - expected).abs() < 1e-7);
@@ -67,8 +104,8 @@ mod tests {
     #[test]
     fn each_of_many_lights_is_chosen_as_often_as_claimed() {
         for n in [3, 1000, 100_000, 1 << 20] {
-            let mut powers = vec![1e-30; n];
-            powers[n / 3] = 1e9;
+            let mut powers = vec![finite(1e-30); n];
+            powers[n / 3] = finite(1e9);
             let choice = Choice::by_power(&powers).unwrap();
             let mut chosen = vec![0u32; n];
             for step in 0..STEPS as u32 {

@@ -112,6 +112,11 @@ impl Light {
         }
     }
 
+    /// Whether it shines from infinity.
+    pub(super) fn infinite(&self) -> bool {
+        matches!(self, Light::Directional(_) | Light::Environment(_))
+    }
+
     /// Its place, if it is a point.
     pub(super) fn position(&self) -> Option<Vec3> {
         match self {

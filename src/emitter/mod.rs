@@ -27,8 +27,8 @@ use crate::camera::Endpoint;
 use crate::geometry::{Aim, Shape, SurfacePoint, Targets};
 use crate::math::Rgb;
 use crate::scene::description::{LightKind, Material};
-use choose::Choice;
 pub use choose::MOST_LIGHTS;
+use choose::{Choice, Power};
 use glam::{DVec3, Vec2, Vec3};
 use infinite::{Environment, SceneDisk};
 use light::{EmittedRay, Light, Link};
@@ -114,10 +114,10 @@ impl Lights {
         let mut all = Vec::new();
         let mut powers = Vec::new();
         let mut add = |light: Light| {
-            let power = light.power().dot(LUMINANCE);
-            (power > 0.0).then(|| {
+            let (flux, infinite) = (light.power().dot(LUMINANCE), light.infinite());
+            (flux > 0.0).then(|| {
                 all.push(light);
-                powers.push(power);
+                powers.push(Power { flux, infinite });
                 all.len() as u32 - 1
             })
         };

@@ -14,11 +14,6 @@ pub struct Sphere {
 }
 
 impl Sphere {
-    /// Area in square metres.
-    pub fn area(&self) -> f32 {
-        (4.0 * std::f64::consts::PI * (self.radius as f64).powi(2)) as f32
-    }
-
     /// Both parameters, in order, at which the line of `ray` crosses the sphere.
     ///
     /// In f64, with the discriminant from the distance between line and centre and the smaller root
@@ -120,6 +115,5 @@ mod tests {
         let (a, b) = (sphere.surface(&ray, t), sphere.surface(&ray, t + 1e-3));
         assert_eq!(a.p, b.p);
         assert!(a.ng.z < 0.0 && (a.p - sphere.center).length() - 0.5 < 1e-6);
-        assert!((sphere.area() - std::f32::consts::PI).abs() < 1e-6);
     }
 }

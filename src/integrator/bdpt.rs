@@ -67,7 +67,7 @@ pub(crate) fn from_camera<O: Observer>(
     let raster = view.raster(seed, pixel, index);
     tracer.trace_camera(&view.camera, view.medium, raster, &mut camera_numbers);
     let mut connect_numbers = stream(Stream::Connect);
-    tracer.roulette = stream(Stream::Caustic);
+    tracer.caustic_numbers = stream(Stream::Caustic);
 
     out.radiance = Rgb::ZERO;
     for hit in &tracer.emitter_hits {

@@ -70,19 +70,6 @@ impl RayDifferential {
         true
     }
 
-    /// Reflects at the surface last met.
-    #[inline]
-    pub fn reflect(&mut self, at: &Differential) {
-        let (d, n) = (self.direction, at.ns);
-        let along = d.dot(n);
-        for k in 0..2 {
-            let dn = self.normal_d(at, k);
-            let change = self.direction_d[k].dot(n) + d.dot(dn);
-            self.direction_d[k] -= (n * change + dn * along) * 2.0;
-        }
-        self.direction = (d - n * (2.0 * along)).normalize();
-    }
-
     /// Derivatives of the position, on the surface last met, and of the direction, with respect to change `k`.
     #[inline]
     pub(super) fn derivatives(&self, k: usize) -> (DVec3, DVec3) {

@@ -39,9 +39,6 @@ pub fn sphere(u: Vec2) -> Vec3 {
     Vec3::new(r * cos, r * sin, z)
 }
 
-/// Density of [`sphere`].
-pub const SPHERE_PDF_W: f32 = 1.0 / (4.0 * PI);
-
 /// Uniform direction about +z within a cone of half-angle `theta`, given `one_minus_cos` =
 /// `1 - cos(theta)`: that difference, not the cosine, so that a narrow cone keeps its digits.
 #[inline]
@@ -50,12 +47,6 @@ pub fn cone(u: Vec2, one_minus_cos: f32) -> Vec3 {
     let r = (h * (2.0 - h)).max(0.0).sqrt();
     let (sin, cos) = (2.0 * PI * u.y).sin_cos();
     Vec3::new(r * cos, r * sin, 1.0 - h)
-}
-
-/// Density of [`cone`].
-#[inline]
-pub fn cone_pdf_w(one_minus_cos: f32) -> f32 {
-    1.0 / (2.0 * PI * one_minus_cos)
 }
 
 /// Uniform barycentrics `(u, v)` of the second and third vertex (Heitz 2019, "A low-distortion map

@@ -5,6 +5,7 @@ use crate::math::{Rgb, luminance};
 use glam::{DVec3, Vec3};
 
 /// Sums over whole passes, one sample per pixel with its light subpaths in each.
+#[derive(Default)]
 pub struct Film {
     /// Columns.
     pub width: u32,
@@ -52,7 +53,7 @@ impl Film {
 
     /// Bytes held.
     pub fn bytes(&self) -> u64 {
-        (self.camera.len() * (2 * size_of::<DVec3>() + size_of::<f32>())) as u64
+        (self.camera.len() * (2 * size_of::<DVec3>() + size_of::<f32>() + size_of::<Vec3>())) as u64
     }
 
     /// Adds to the camera-side sum.
@@ -68,9 +69,21 @@ impl Film {
     }
 
     /// The average over the passes.
-    pub fn into_image(self) -> Image {
+    pub fn into_image(mut self) -> Image {
+        let pixels = std::mem::take(&mut self.room);
+        self.image(pixels)
+    }
+
+    /// The same, in between.
+    pub fn copy(&self) -> Result<Image, RenderError> {
+        let Film { width, height, .. } = *self;
+        let mut pixels = Vec::new();
+        pixels.try_reserve_exact(self.camera.len()).map_err(|_| RenderError::OutOfMemory { width, height })?;
+        Ok(self.image(pixels))
+    }
+
+    fn image(&self, mut pixels: Vec<Vec3>) -> Image {
         let scale = 1.0 / f64::from(self.passes.max(1));
-        let mut pixels = self.room;
         pixels.extend(self.camera.iter().zip(&self.light).map(|(c, l)| ((*c + *l) * scale).as_vec3()));
         Image { width: self.width, height: self.height, pixels }
     }

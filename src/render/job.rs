@@ -3,6 +3,7 @@
 use super::Image;
 use super::passes::{Passes, TechniqueSplat, Tile};
 use super::pilot::{self, Pilot};
+use super::preview::Preview;
 use crate::camera::{Camera, Endpoint};
 use crate::integrator::bdpt::{self, View};
 use crate::integrator::{Contribution, Observer, Sample, Splat, light, path};
@@ -17,8 +18,8 @@ use crate::transport::roulette::Roulette;
 use crate::transport::walk_count::WalkCount;
 use glam::Vec2;
 use std::collections::BTreeMap;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 /// Which estimator of the image.
@@ -487,11 +488,23 @@ pub fn render(
     cancel: &Cancel,
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Output, RenderError> {
+    render_shown(world, settings, cancel, progress, &Preview::default())
+}
+
+/// The same, which `preview` shows while it runs.
+pub fn render_shown(
+    world: &World,
+    settings: &Settings,
+    cancel: &Cancel,
+    progress: &(dyn Fn(Progress) + Sync),
+    preview: &Preview,
+) -> Result<Output, RenderError> {
     validate(world, settings)?;
     let start = Instant::now();
     let threads = pool::thread_count(settings.threads);
     let view = view(world, settings);
-    let passes = Passes::new(settings)?;
+    let passes = Arc::new(Passes::new(settings, threads)?);
+    preview.show(&passes);
     let rays = AtomicU64::new(0);
     let last_report = Mutex::new(start);
     progress(Progress { fraction: 0.0, samples: 0, rays: 0, elapsed: start.elapsed(), noise: f32::NAN });
@@ -553,7 +566,7 @@ pub fn render(
 
     let cancelled = cancel.is_cancelled();
     let noise = passes.noise().1;
-    let mut output = passes.into_output();
+    let mut output = passes.take_output();
     output.cancelled = cancelled && output.statistics.samples < settings.samples;
     let statistics = &mut output.statistics;
     statistics.caustics = pilot.connects;

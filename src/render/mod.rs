@@ -8,5 +8,6 @@ mod moments;
 pub mod passes;
 mod pilot;
 pub mod pixel;
+pub mod preview;
 
 pub use image::Image;

@@ -19,7 +19,7 @@ use std::time::{Duration, Instant};
 /// Pixels of a tile: some milliseconds of work, far more than handing it out costs.
 const TILE_PIXELS: u32 = 1024;
 
-/// Passes that may wait for an earlier one's last tile. Bounds memory; two keep all workers busy.
+/// Passes that may wait for an earlier one's last tile, at least. Bounds memory.
 const PASSES_AHEAD: u32 = 2;
 
 /// What one path adds to the images of its technique.
@@ -109,8 +109,17 @@ pub struct Passes {
     pixels: u32,
     tiles_per_pass: u32,
     samples: u32,
+    /// Passes begun beyond those in the film: of small pictures as many as have two tiles for each worker.
+    ahead: u32,
     state: Mutex<State>,
     advanced: Condvar,
+}
+
+/// The tiles of a pass, and how many of them are there.
+#[derive(Default)]
+struct Waiting {
+    tiles: Vec<Option<Tile>>,
+    there: u32,
 }
 
 struct State {
@@ -119,7 +128,7 @@ struct State {
     end: u32,
     finished_tiles: u64,
     /// Tiles of passes that are not in the film yet.
-    waiting: BTreeMap<u32, Vec<Option<Tile>>>,
+    waiting: BTreeMap<u32, Waiting>,
     film: Film,
     techniques: BTreeMap<Technique, [Vec<DVec3>; 3]>,
     out_of_memory: bool,
@@ -130,12 +139,14 @@ struct State {
 }
 
 impl Passes {
-    /// For a validated request.
-    pub fn new(settings: &Settings) -> Result<Passes, RenderError> {
+    /// For a validated request and that many workers.
+    pub fn new(settings: &Settings, workers: usize) -> Result<Passes, RenderError> {
         let pixels = settings.width * settings.height;
+        let tiles_per_pass = pixels.div_ceil(TILE_PIXELS);
         Ok(Passes {
             pixels,
-            tiles_per_pass: pixels.div_ceil(TILE_PIXELS),
+            tiles_per_pass,
+            ahead: (2 * workers as u32).div_ceil(tiles_per_pass).max(PASSES_AHEAD),
             samples: settings.samples,
             state: Mutex::new(State {
                 next: (0, 0),
@@ -167,7 +178,7 @@ impl Passes {
             if pass >= state.end || stop() {
                 return None;
             }
-            if pass < state.film.passes + PASSES_AHEAD {
+            if pass < state.film.passes + self.ahead {
                 state.next = if index + 1 == self.tiles_per_pass { (pass + 1, 0) } else { (pass, index + 1) };
                 let first = index * TILE_PIXELS;
                 let tile = Tile::new(pass, index, first..(first + TILE_PIXELS).min(self.pixels));
@@ -227,20 +238,21 @@ impl Passes {
         let mut guard = self.lock();
         let state = &mut *guard;
         state.finished_tiles += 1;
-        let slots = state.waiting.entry(tile.pass).or_default();
+        let pass = state.waiting.entry(tile.pass).or_default();
         let (index, count) = (tile.index as usize, self.tiles_per_pass as usize);
-        if tile.out_of_memory || slots.is_empty() && slots.try_reserve_exact(count).is_err() {
+        if tile.out_of_memory || pass.tiles.is_empty() && pass.tiles.try_reserve_exact(count).is_err() {
             return self.end_without_memory(state);
         }
-        if slots.is_empty() {
-            slots.resize_with(count, || None);
+        if pass.tiles.is_empty() {
+            pass.tiles.resize_with(count, || None);
         }
-        slots[index] = Some(tile);
+        pass.tiles[index] = Some(tile);
+        pass.there += 1;
         while state.film.passes < state.end
-            && state.waiting.get(&state.film.passes).is_some_and(|tiles| tiles.iter().all(Option::is_some))
+            && state.waiting.get(&state.film.passes).is_some_and(|pass| pass.there == self.tiles_per_pass)
         {
             let pass = state.film.passes;
-            for tile in state.waiting.remove(&pass).into_iter().flatten().flatten() {
+            for tile in state.waiting.remove(&pass).into_iter().flat_map(|pass| pass.tiles).flatten() {
                 if state.fold(tile, self.pixels).is_err() {
                     return self.end_without_memory(state);
                 }
@@ -264,10 +276,16 @@ impl Passes {
         (state.film.passes, state.film.noise)
     }
 
-    /// The images and the counts.
-    pub fn into_output(self) -> Output {
-        let state = self.state.into_inner().unwrap_or_else(PoisonError::into_inner);
-        let film = &state.film;
+    /// The average over the passes so far, if there are any.
+    pub fn image(&self) -> Result<Option<Image>, RenderError> {
+        let state = self.lock();
+        if state.film.passes > 0 { state.film.copy().map(Some) } else { Ok(None) }
+    }
+
+    /// The images and the counts. Nothing is left.
+    pub fn take_output(&self) -> Output {
+        let mut state = self.lock();
+        let (film, techniques) = (std::mem::take(&mut state.film), std::mem::take(&mut state.techniques));
         let (passes, film_bytes) = (film.passes, film.bytes());
         let scale = 1.0 / f64::from(passes.max(1));
         let average = |sums: &[DVec3]| Image {
@@ -276,14 +294,14 @@ impl Passes {
             pixels: sums.iter().map(|s| (*s * scale).as_vec3()).collect(),
         };
         let bytes_per_technique = 3 * u64::from(self.pixels) * size_of::<DVec3>() as u64;
-        let film_bytes = film_bytes + state.techniques.len() as u64 * bytes_per_technique;
+        let film_bytes = film_bytes + techniques.len() as u64 * bytes_per_technique;
         // The sums of each go as its images come.
         let images = |[weighted, unweighted, caustic]: [Vec<DVec3>; 3]| TechniqueImages {
             weighted: average(&weighted),
             unweighted: average(&unweighted),
             caustic: average(&caustic),
         };
-        let techniques = state.techniques.into_iter().map(|(technique, sums)| (technique, images(sums))).collect();
+        let techniques = techniques.into_iter().map(|(technique, sums)| (technique, images(sums))).collect();
         let statistics = Statistics {
             samples: passes,
             camera_rays: state.rays.camera,
@@ -297,7 +315,7 @@ impl Passes {
             film_bytes,
             ..Statistics::default()
         };
-        Output { image: state.film.into_image(), techniques, statistics, cancelled: false }
+        Output { image: film.into_image(), techniques, statistics, cancelled: false }
     }
 }
 
@@ -344,7 +362,7 @@ mod tests {
     #[test]
     fn a_tile_without_memory_ends_the_render() {
         let settings = Settings { width: 64, height: 64, samples: 1000, ..Settings::default() };
-        let passes = Passes::new(&settings).expect("memory");
+        let passes = Passes::new(&settings, 2).expect("memory");
         let outcome = broadcast(2, |_| {
             while let Some(mut tile) = passes.next_tile(&|| false) {
                 tile.out_of_memory = tile.pass == 3;
@@ -358,7 +376,7 @@ mod tests {
     #[test]
     fn a_panic_of_one_worker_ends_the_others() {
         let settings = Settings { width: 64, height: 64, samples: 1000, ..Settings::default() };
-        let passes = Passes::new(&settings).expect("memory");
+        let passes = Passes::new(&settings, 2).expect("memory");
         let outcome = broadcast(2, |worker| {
             let _ends = passes.end_on_panic();
             while let Some(tile) = passes.next_tile(&|| false) {

@@ -174,12 +174,6 @@ impl Bsdf {
         self.lambert.is_some()
     }
 
-    /// Whether nothing is scattered.
-    #[inline]
-    pub fn is_black(&self) -> bool {
-        !(self.connectable || self.has_delta)
-    }
-
     /// The media behind and before the surface, if it is a boundary that refracts.
     #[inline]
     pub fn media(&self) -> Option<(Medium, Medium)> {

@@ -23,6 +23,35 @@ pub struct Description {
     pub cameras: Vec<Camera>,
 }
 
+impl Description {
+    /// Lower and upper corner of the box around all shapes, as far as their numbers are finite.
+    pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
+        let mut corners: Option<(DVec3, DVec3)> = None;
+        let mut add = |low: DVec3, high: DVec3| {
+            if low.is_finite() && high.is_finite() {
+                let (a, b) = corners.unwrap_or((low, high));
+                corners = Some((a.min(low), b.max(high)));
+            }
+        };
+        for instance in &self.instances {
+            match instance.geometry {
+                Geometry::Mesh(index) => {
+                    for p in self.meshes.get(index).map_or(&[][..], |mesh| &mesh.positions) {
+                        let p = instance.transform.transform_point3(DVec3::from(p.map(f64::from)));
+                        add(p, p);
+                    }
+                }
+                Geometry::Sphere { radius } => {
+                    let m = instance.transform;
+                    let r = DVec3::splat(radius * m.matrix3.x_axis.length());
+                    add(m.translation - r, m.translation + r);
+                }
+            }
+        }
+        corners
+    }
+}
+
 /// A triangle mesh.
 #[derive(Clone, Debug, Default)]
 pub struct MeshDescription {

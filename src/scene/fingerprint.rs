@@ -21,8 +21,15 @@ impl Write for Fnv {
     }
 }
 
-/// Hash of everything that can change an image of the scene. Names do not.
-pub(super) fn fingerprint(d: &Description) -> u64 {
+/// Hashes of a description.
+pub(super) struct Fingerprint {
+    /// Of everything that can change an image of the scene. Names do not.
+    pub(super) scene: u64,
+    /// Of what is where, whatever it is made of.
+    pub(super) shapes: u64,
+}
+
+pub(super) fn fingerprint(d: &Description) -> Fingerprint {
     let mut h = Fnv(0xcbf2_9ce4_8422_2325);
     for mesh in &d.meshes {
         for v in mesh.positions.iter().chain(&mesh.normals).flatten() {
@@ -34,6 +41,10 @@ pub(super) fn fingerprint(d: &Description) -> u64 {
         h.bytes(&(mesh.positions.len() as u64).to_le_bytes());
     }
     // Debug formatting of numbers is exact (shortest round-trip), and writing to a hash cannot fail.
+    let mut shapes = Fnv(h.0);
+    for i in &d.instances {
+        let _ = write!(shapes, "{:?}{:?}", i.geometry, i.transform);
+    }
     for m in &d.materials {
         let _ = write!(h, "{:?}{:?}{}{}", m.scattering, m.emission, m.emission_two_sided, m.walked_roughness);
     }
@@ -47,5 +58,5 @@ pub(super) fn fingerprint(d: &Description) -> u64 {
         let _ = write!(h, "{:?}{:?}", c.transform, c.projection);
     }
     let _ = write!(h, "{:?}", d.environment);
-    h.0
+    Fingerprint { scene: h.0, shapes: shapes.0 }
 }

@@ -128,7 +128,7 @@ impl World {
         let around_point = |light| self.lights.position(light).map_or(0, |p| self.medium_at(p));
         let mut media: Vec<_> =
             (0..self.lights.len() as u32).map(|light| LightMedia::One([around_point(light); 2])).collect();
-        for (shape, geometry) in (0..).zip(&self.shapes) {
+        for (shape, geometry) in (0..).zip(self.shapes.iter()) {
             if let Some(light) = self.lights.of_shape(shape).filter(|_| self.requirements.media) {
                 media[light as usize] = self.probe_lamp(geometry);
             }

@@ -4,6 +4,7 @@ pub mod description;
 mod fingerprint;
 pub mod glass;
 pub mod media;
+mod place;
 mod rebase;
 mod validate;
 pub mod world;

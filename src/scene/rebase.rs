@@ -1,7 +1,7 @@
 //! A scene far from its origin is moved there, in f64, before it becomes f32: at 10 km, f32 knows
 //! positions to a millimetre only.
 
-use super::description::{Description, Geometry, LightKind};
+use super::description::{Description, LightKind};
 use glam::DVec3;
 
 /// A scene is moved if its centre is farther from the origin than this many times its radius. Nearer
@@ -10,33 +10,7 @@ const FAR: f64 = 8.0;
 
 /// The point to become the origin; zero where the scene may stay.
 pub(super) fn origin(d: &Description) -> DVec3 {
-    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    let local: Vec<(DVec3, DVec3)> = d
-        .meshes
-        .iter()
-        .map(|mesh| {
-            let positions = mesh.positions.iter().map(|&p| DVec3::from(p.map(f64::from)));
-            positions.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), p| (lo.min(p), hi.max(p)))
-        })
-        .collect();
-    for instance in &d.instances {
-        let (lo, hi) = match instance.geometry {
-            Geometry::Mesh(mesh) => local[mesh],
-            Geometry::Sphere { radius } => (DVec3::splat(-radius), DVec3::splat(radius)),
-        };
-        if lo.x > hi.x {
-            continue;
-        }
-        for corner in 0..8 {
-            let pick = |axis: usize| if corner >> axis & 1 == 0 { lo[axis] } else { hi[axis] };
-            let p = instance.transform.transform_point3(DVec3::new(pick(0), pick(1), pick(2)));
-            low = low.min(p);
-            high = high.max(p);
-        }
-    }
-    if low.x > high.x {
-        return DVec3::ZERO;
-    }
+    let Some((low, high)) = d.bounds() else { return DVec3::ZERO };
     let (center, radius) = (low * 0.5 + high * 0.5, (high - low).length() * 0.5);
     if center.length() > FAR * radius && center.is_finite() { center } else { DVec3::ZERO }
 }
@@ -70,7 +44,7 @@ pub(super) fn moved(d: &Description, origin: DVec3) -> Description {
 mod tests {
     use super::*;
     use crate::math::Rgb;
-    use crate::scene::description::{Instance, Light};
+    use crate::scene::description::{Geometry, Instance, Light};
     use glam::DAffine3;
 
     fn sphere_at(center: DVec3) -> Description {

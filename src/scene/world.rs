@@ -1,17 +1,17 @@
 //! The committed scene: immutable, shared by renders.
 
-use super::description::{self, Description, Geometry, Instance, Medium, MeshDescription};
+use super::description::{self, Description, Geometry, Medium};
 use super::glass::Glass;
 use super::media::{Boundary, LightMedia, boundary};
+use super::place::{self, bounding_sphere, place, reserve};
 use super::{SceneError, fingerprint, rebase, validate};
 use crate::emitter::{Lights, MOST_LIGHTS};
-use crate::geometry::{Mesh, Shape, Sphere};
-use crate::intersect::{self, Backend, BackendError, Intersector, MAX_COORDINATE};
+use crate::geometry::{Shape, Sphere};
+use crate::intersect::{self, Backend, BackendError, Intersector};
 use crate::math::Rgb;
+use crate::pool::thread_count;
 use crate::scatter::Bsdf;
-use crate::text::shown;
-use glam::{DMat3, DVec3, Vec3};
-use std::collections::HashSet;
+use glam::{DVec3, Vec3};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -53,7 +53,7 @@ pub struct Walked {
 /// A committed scene.
 pub struct World {
     /// Shapes in world space; instances are flattened.
-    pub shapes: Vec<Shape>,
+    pub shapes: Arc<[Shape]>,
     /// Material of each shape.
     pub shape_material: Vec<u32>,
     /// Compiled materials.
@@ -67,7 +67,7 @@ pub struct World {
     /// What is around each light.
     pub(super) light_media: Vec<LightMedia>,
     /// The ray tracer.
-    pub intersector: Box<dyn Intersector>,
+    pub intersector: Arc<dyn Intersector>,
     /// Cameras as described.
     pub cameras: Vec<description::Camera>,
     /// What refracts smoothly.
@@ -86,18 +86,29 @@ pub struct World {
     /// Things worth telling that are not errors, e.g. degenerate triangles.
     pub warnings: Vec<String>,
     hash: u64,
+    shapes_hash: u64,
+    backend: Backend,
 }
 
 impl World {
     /// Validates the description, flattens its instances, builds the ray tracer and the light tables.
     pub fn commit(description: &Description, options: CommitOptions) -> Result<World, SceneError> {
+        World::commit_after(None, description, options)
+    }
+
+    /// The same, which shares shapes and ray tracer with a `previous` world if that has the same: after a change of
+    /// cameras, lights or materials, these take most of the time. They are told by a hash of 64 bits.
+    pub fn commit_after(
+        previous: Option<&World>,
+        description: &Description,
+        options: CommitOptions,
+    ) -> Result<World, SceneError> {
         let start = Instant::now();
         validate::validate(description)?;
         let origin = rebase::origin(description);
         let (meshes, hash) = (&description.meshes, fingerprint::fingerprint(description));
         let moved = (origin != DVec3::ZERO).then(|| rebase::moved(description, origin));
         let description = moved.as_ref().unwrap_or(description);
-        let mut warnings = Vec::new();
 
         let mut media = vec![Medium::VACUUM];
         let bsdfs: Vec<Bsdf> = description.materials.iter().map(|m| Bsdf::new(&m.scattering)).collect();
@@ -111,27 +122,14 @@ impl World {
         }))
         .map_err(SceneError::TooLarge)?;
 
-        let mut shapes = reserve(description.instances.len())?;
         let mut shape_material = reserve(description.instances.len())?;
-        let mut warned = HashSet::new();
-        for (index, instance) in description.instances.iter().enumerate() {
-            let shape = match instance.geometry {
-                Geometry::Sphere { radius } => {
-                    let placed = place_sphere(instance, radius);
-                    check_sphere(index, instance, &placed)?;
-                    Shape::Sphere(placed)
-                }
-                Geometry::Mesh(mesh) => {
-                    let placed = place_mesh(instance, &meshes[mesh])?;
-                    let first = warned.insert(mesh);
-                    let refracts = boundaries[instance.material].is_some();
-                    check_placed(index, instance, &placed, &mut warnings, first, refracts)?;
-                    Shape::Mesh(placed)
-                }
-            };
-            shapes.push(shape);
-            shape_material.push(instance.material as u32);
-        }
+        shape_material.extend(description.instances.iter().map(|i| i.material as u32));
+        let same = previous.filter(|world| world.shapes_hash == hash.shapes && world.backend == options.backend);
+        let shapes = match same {
+            Some(world) => world.shapes.clone(),
+            None => place(description, meshes)?.into(),
+        };
+        let mut warnings = place::warnings(description, &shapes, |material| boundaries[material].is_some());
         let bounds = bounding_sphere(&shapes);
 
         let materials: Vec<&description::Material> =
@@ -144,11 +142,10 @@ impl World {
         if lights.is_empty() {
             warnings.push("the scene has no light: the image will be black".to_owned());
         }
-        let threads = crate::pool::thread_count(options.threads);
-        let intersector = intersect::build(options.backend, &shapes, threads).map_err(|error| match error {
-            BackendError::OutOfMemory { .. } => SceneError::OutOfMemory(error.to_string()),
-            _ => SceneError::Backend(error.to_string()),
-        })?;
+        let intersector = match same {
+            Some(world) => world.intersector.clone(),
+            None => intersect::build(options.backend, &shapes, thread_count(options.threads)).map_err(backend)?.into(),
+        };
 
         let glass = Glass::new(&shapes, &shape_material, &bsdfs)?;
         let delta_lights = description.lights.iter().any(|l| l.kind.emits());
@@ -184,7 +181,9 @@ impl World {
             bounds,
             commit_seconds: 0.0,
             warnings,
-            hash,
+            hash: hash.scene,
+            shapes_hash: hash.shapes,
+            backend: options.backend,
         };
         world.light_media = world.probe_lights();
         world.commit_seconds = start.elapsed().as_secs_f64();
@@ -226,6 +225,13 @@ impl World {
     }
 }
 
+fn backend(error: BackendError) -> SceneError {
+    match error {
+        BackendError::OutOfMemory { .. } => SceneError::OutOfMemory(error.to_string()),
+        _ => SceneError::Backend(error.to_string()),
+    }
+}
+
 /// The materials for caustic connections, if some of them have rough refraction to walk through.
 fn walked(description: &Description, bsdfs: &[Bsdf]) -> Option<Vec<Bsdf>> {
     let mut any = false;
@@ -236,106 +242,4 @@ fn walked(description: &Description, bsdfs: &[Bsdf]) -> Option<Vec<Bsdf>> {
     });
     let walked = walked.collect();
     any.then_some(walked)
-}
-
-/// A vector with room for `n`, or an error instead of an abort.
-fn reserve<T>(n: usize) -> Result<Vec<T>, SceneError> {
-    let mut v = Vec::new();
-    match v.try_reserve_exact(n) {
-        Ok(()) => Ok(v),
-        Err(_) => Err(SceneError::OutOfMemory(format!("no memory for {n} elements of {} bytes", size_of::<T>()))),
-    }
-}
-
-fn place_sphere(instance: &Instance, radius: f64) -> Sphere {
-    let t = &instance.transform;
-    Sphere { center: t.translation.as_vec3(), radius: (radius * t.matrix3.x_axis.length()) as f32 }
-}
-
-fn place_mesh(instance: &Instance, mesh: &MeshDescription) -> Result<Mesh, SceneError> {
-    let t = &instance.transform;
-    let mut positions = reserve(mesh.positions.len())?;
-    positions.extend(mesh.positions.iter().map(|&p| t.transform_point3(Vec3::from(p).as_dvec3()).as_vec3()));
-    // Normals go with the inverse transpose; its sign is that of the front side (see below).
-    let normal_matrix: DMat3 = t.matrix3.inverse().transpose();
-    let mut normals = reserve(mesh.normals.len())?;
-    normals.extend(
-        mesh.normals.iter().map(|&n| (normal_matrix * Vec3::from(n).as_dvec3().normalize()).normalize().as_vec3()),
-    );
-    let mut triangles = reserve(mesh.triangles.len())?;
-    // A mirroring transform turns the winding round; swapping two vertices keeps the front in front.
-    let mirrored = t.matrix3.determinant() < 0.0;
-    triangles.extend(mesh.triangles.iter().map(|&[a, b, c]| if mirrored { [a, c, b] } else { [a, b, c] }));
-    Ok(Mesh { positions, normals, triangles })
-}
-
-/// What only the placed sphere can show: its size, and that it is of one.
-fn check_sphere(index: usize, instance: &Instance, sphere: &Sphere) -> Result<(), SceneError> {
-    let Sphere { center, radius } = *sphere;
-    let small = |p: Vec3| p.abs().max_element() <= MAX_COORDINATE;
-    if radius > 0.0 && small(Vec3::splat(radius)) && small(center) {
-        return Ok(());
-    }
-    Err(SceneError::Invalid {
-        kind: "instance",
-        index,
-        name: instance.name.clone(),
-        field: "transform of the sphere".to_owned(),
-        value: format!("one to {center} with a radius of {radius}"),
-        expected: "coordinates and a radius below 1e18 were expected, the radius above 0".to_owned(),
-    })
-}
-
-/// What only the placed mesh can show: overflow of the transform and triangles without area.
-/// Warnings stand once, at the `first` instance of a mesh.
-fn check_placed(
-    index: usize,
-    instance: &Instance,
-    mesh: &Mesh,
-    warnings: &mut Vec<String>,
-    first: bool,
-    refracts: bool,
-) -> Result<(), SceneError> {
-    if let Some((i, p)) = mesh.positions.iter().enumerate().find(|(_, p)| !(p.abs().max_element() <= MAX_COORDINATE)) {
-        return Err(SceneError::Invalid {
-            kind: "instance",
-            index,
-            name: instance.name.clone(),
-            field: format!("transform of position {i}"),
-            value: p.to_string(),
-            expected: "coordinates below 1e18 were expected".to_owned(),
-        });
-    }
-    if !first {
-        return Ok(());
-    }
-    let flat = (0..mesh.triangles.len() as u32).filter(|&t| mesh.area(t) == 0.0).count();
-    if flat > 0 {
-        let name = shown(&instance.name);
-        warnings.push(format!("instance {index} '{name}': {flat} triangles without area are never hit"));
-    }
-    if refracts && mesh.faces_inward() {
-        let name = shown(&instance.name);
-        warnings.push(format!(
-            "instance {index} '{name}': closed glass whose triangles face inward has its glass around it; right for a hollow within other glass only"
-        ));
-    }
-    if mesh.triangles.is_empty() {
-        warnings.push(format!("instance {index} '{}' has no triangles", shown(&instance.name)));
-    }
-    Ok(())
-}
-
-/// Around the box around all shapes.
-fn bounding_sphere(shapes: &[Shape]) -> (Vec3, f32) {
-    let (lo, hi) = shapes.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(lo, hi), s| {
-        let (a, b) = s.bounds();
-        (lo.min(a), hi.max(b))
-    });
-    if lo.x > hi.x {
-        return (Vec3::ZERO, 1.0);
-    }
-    let center = lo * 0.5 + hi * 0.5;
-    // A little larger, so that the emission disk of a distant light lies outside in spite of rounding.
-    (center, ((hi - center).length() * 1.001).max(f32::MIN_POSITIVE))
 }

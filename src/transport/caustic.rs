@@ -246,14 +246,14 @@ impl Tracer<'_> {
     pub(super) fn connect_chains(&mut self, a: &Endpoint, b: &Endpoint, seen: &mut Seen) -> [Option<CausticEdge>; 2] {
         self.walks.connections += 1;
         for (i, alpha) in seen.rough() {
-            let u = self.roulette.next_2d().as_dvec2();
+            let u = self.caustic_numbers.next_2d().as_dvec2();
             seen.seed.tilt(i, Tilt::sample(seen.seed.vertices()[i].ns, alpha, u));
         }
         let start = self.walks.connections.is_multiple_of(TIMED).then(Instant::now);
         let settings = self.walk_settings(b);
         let known = self.chain(a, b, seen, &settings);
         let probability = self.search_probability(b, seen);
-        let searches = probability > 0.0 && self.roulette.next_1d() < probability;
+        let searches = probability > 0.0 && self.caustic_numbers.next_1d() < probability;
         let found = if searches { self.search(a, b, seen, known.as_ref(), &settings) } else { None };
         let other = found.map(|(edge, walks)| CausticEdge {
             attempt: walks as f32 / probability,

@@ -78,6 +78,17 @@ impl Joined {
     }
 }
 
+/// The straight line between two ends.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Line {
+    /// Not looked at: no glass can be on it, or roulette left it out.
+    Unseen,
+    /// Nothing is on it.
+    Clear,
+    /// Something is, and what leads through it is joined.
+    Decided,
+}
+
 impl Tracer<'_> {
     /// Next-event estimation at camera vertex `index`: a light vertex drawn for this receiver.
     #[inline]
@@ -89,26 +100,20 @@ impl Tracer<'_> {
         let regular = self.regular_next_event(index, u_light, u);
         if self.caustics {
             let (light, at, direct) = self.lights.sample_vertex(&world.shapes, a.at.p, u_light, u)?;
-            let from = Endpoint::Surface(a.at);
-            let places = [Place::Shape(a.at.shape), Place::Light(light)];
-            if let Some(ray) = self.toward_glass(&from, &at)
-                && let Some(attempt) = self.attempt(places, regular.as_ref().map(|r| &r.0), index)
-            {
-                let found = match self.sight(ray, &from, &at) {
-                    Sight::Clear => {
-                        let (joined, light, _) = regular?;
-                        self.joined.push(joined);
-                        return Some(light);
-                    }
-                    Sight::Refracted(mut seen) if a.segments + seen.segments() <= self.max_depth => {
-                        let chains = self.connect_chains(&from, &at, &mut seen).into_iter().flatten();
-                        let join = |c| self.caustic_next_event(index, light, at, direct, &c, attempt.scale);
-                        chains.filter_map(join).last()
-                    }
-                    Sight::Blocked | Sight::Refracted(_) => None,
-                };
-                self.learn(&attempt);
-                return found;
+            let (segments, places) = (a.segments, [Place::Shape(a.at.shape), Place::Light(light)]);
+            let (ends, straight) = ([Endpoint::Surface(a.at), at], regular.as_ref().map(|r| &r.0));
+            let mut found = None;
+            let line = self.join_ends(&ends, places, straight, index, segments, |tracer, chain, attempt| {
+                found = tracer.caustic_next_event(index, light, at, direct, chain, attempt).or(found);
+            });
+            match line {
+                Line::Clear => {
+                    let (joined, light, _) = regular?;
+                    self.joined.push(joined);
+                    return Some(light);
+                }
+                Line::Decided => return found,
+                Line::Unseen => {}
             }
         }
         let (joined, light, ray) = regular?;
@@ -116,6 +121,43 @@ impl Tracer<'_> {
             self.joined.push(joined);
         }
         Some(light)
+    }
+
+    /// Algorithm 1 between two ends (Speierer et al. 2018, §3), which `vertices` and `segments` precede in their subpaths:
+    /// what refracting surfaces on the straight line lead to, `join` takes, with the factor of roulette. `straight` is what
+    /// that line itself would give.
+    #[inline]
+    fn join_ends(
+        &mut self,
+        [a, b]: &[Endpoint; 2],
+        places: [Place; 2],
+        straight: Option<&Joined>,
+        vertices: usize,
+        segments: u32,
+        mut join: impl FnMut(&mut Self, &CausticEdge, f32),
+    ) -> Line {
+        let Some(ray) = self.toward_glass(a, b) else { return Line::Unseen };
+        let Some(attempt) = self.attempt(places, straight, vertices) else { return Line::Unseen };
+        match self.sight(ray, a, b) {
+            Sight::Clear => return Line::Clear,
+            Sight::Refracted(mut seen) if segments + seen.segments() <= self.max_depth => {
+                for chain in self.connect_chains(a, b, &mut seen).into_iter().flatten() {
+                    join(self, &chain, attempt.scale);
+                }
+            }
+            Sight::Blocked | Sight::Refracted(_) => {}
+        }
+        self.learn(&attempt);
+        Line::Decided
+    }
+
+    /// The path along the straight line, if nothing is on it.
+    #[inline]
+    fn join_straight(&mut self, regular: Option<(Joined, Ray)>, line: Line) {
+        let Some((joined, ray)) = regular else { return };
+        if line == Line::Clear || line == Line::Unseen && self.visible(&ray) {
+            self.joined.push(joined);
+        }
     }
 
     /// Next-event estimation along the straight line, if that is free: the ray.
@@ -161,35 +203,17 @@ impl Tracer<'_> {
     pub fn connect(&mut self, i: usize, j: usize) {
         self.joined.clear();
         let regular = self.regular_connect(i, j);
+        let mut line = Line::Unseen;
         if self.caustics {
             let (a, b) = (&self.camera_vertices[i], &self.light_vertices[j]);
-            let (from, to) = (Endpoint::Surface(a.at), Endpoint::Surface(b.at));
-            let segments = a.segments + b.segments;
+            let (ends, segments) = ([Endpoint::Surface(a.at), Endpoint::Surface(b.at)], a.segments + b.segments);
             let places = [Place::Shape(a.at.shape), Place::Shape(b.at.shape)];
-            if let Some(ray) = self.toward_glass(&from, &to)
-                && let Some(attempt) = self.attempt(places, regular.as_ref().map(|r| &r.0), i + j + 1)
-            {
-                match self.sight(ray, &from, &to) {
-                    Sight::Clear => {
-                        self.joined.extend(regular.map(|(joined, _)| joined));
-                        return;
-                    }
-                    Sight::Refracted(mut seen) if segments + seen.segments() <= self.max_depth => {
-                        for chain in self.connect_chains(&from, &to, &mut seen).into_iter().flatten() {
-                            self.caustic_connect(i, j, &chain, attempt.scale);
-                        }
-                    }
-                    Sight::Blocked | Sight::Refracted(_) => {}
-                }
-                self.learn(&attempt);
-                return;
-            }
+            let straight = regular.as_ref().map(|r| &r.0);
+            line = self.join_ends(&ends, places, straight, i + j + 1, segments, |tracer, chain, attempt| {
+                tracer.caustic_connect(i, j, chain, attempt);
+            });
         }
-        if let Some((joined, ray)) = regular
-            && self.visible(&ray)
-        {
-            self.joined.push(joined);
-        }
+        self.join_straight(regular, line);
     }
 
     /// Connection along the straight line, if that is free: the ray.
@@ -233,34 +257,16 @@ impl Tracer<'_> {
     pub fn to_camera(&mut self, camera: &Camera, j: usize) {
         self.joined.clear();
         let regular = self.regular_to_camera(camera, j);
+        let mut line = Line::Unseen;
         if self.camera_caustics {
             let b = &self.light_vertices[j];
-            let (pinhole, to, segments) = (camera.endpoint(), Endpoint::Surface(b.at), b.segments);
-            let places = [Place::Camera, Place::Shape(b.at.shape)];
-            if let Some(ray) = self.toward_glass(&pinhole, &to)
-                && let Some(attempt) = self.attempt(places, regular.as_ref().map(|r| &r.0), j)
-            {
-                match self.sight(ray, &pinhole, &to) {
-                    Sight::Clear => {
-                        self.joined.extend(regular.map(|(joined, _)| joined));
-                        return;
-                    }
-                    Sight::Refracted(mut seen) if segments + seen.segments() <= self.max_depth => {
-                        for chain in self.connect_chains(&pinhole, &to, &mut seen).into_iter().flatten() {
-                            self.caustic_to_camera(camera, j, &chain, attempt.scale);
-                        }
-                    }
-                    Sight::Blocked | Sight::Refracted(_) => {}
-                }
-                self.learn(&attempt);
-                return;
-            }
+            let (ends, segments) = ([camera.endpoint(), Endpoint::Surface(b.at)], b.segments);
+            let (places, straight) = ([Place::Camera, Place::Shape(b.at.shape)], regular.as_ref().map(|r| &r.0));
+            line = self.join_ends(&ends, places, straight, j, segments, |tracer, chain, attempt| {
+                tracer.caustic_to_camera(camera, j, chain, attempt);
+            });
         }
-        if let Some((joined, ray)) = regular
-            && self.visible(&ray)
-        {
-            self.joined.push(joined);
-        }
+        self.join_straight(regular, line);
     }
 
     /// `a_0` of a path whose light subpath ends at its vertex `j`.

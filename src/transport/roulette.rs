@@ -73,7 +73,7 @@ impl Tracer<'_> {
             return attempt(1.0);
         }
         let probability = probability.max(LEAST);
-        if self.roulette.next_1d() < probability {
+        if self.caustic_numbers.next_1d() < probability {
             return attempt(1.0 / probability);
         }
         self.walks.spared += 1;

@@ -64,7 +64,7 @@ impl Tracer<'_> {
         let axis = known.map_or_else(straight, |edge| edge.first.as_dvec3().normalize());
         let before = (self.walks.total(), self.walk_work());
         let mut look = || {
-            let start = search(axis, self.roulette.next_2d().as_dvec2());
+            let start = search(axis, self.caustic_numbers.next_2d().as_dvec2());
             self.solve(a, b, seen, Some(start), settings).ok()
         };
         let found = look().filter(|edge| known.is_none_or(|known| !known.is(edge))).map(|edge| {

@@ -148,11 +148,11 @@ pub struct Tracer<'w> {
     pub search: f32,
     /// The part of [`Tracer::walk_work`] that searches did, and the checks that know of them.
     pub search_work: f64,
-    /// Random numbers of roulette on them; of the current sample.
-    pub roulette: Sampler,
-    /// What it goes by.
+    /// Random numbers of caustic connections, of the current sample: roulette, microfacets, searches.
+    pub caustic_numbers: Sampler,
+    /// What roulette goes by.
     pub experience: Experience,
-    /// The trials so far, for those who want to learn from them.
+    /// The connections that roulette tried so far, for those who want to learn from them.
     pub trials: Option<Vec<Trial>>,
 }
 
@@ -200,7 +200,7 @@ impl<'w> Tracer<'w> {
             retry_work: 0.0,
             search: 0.0,
             search_work: 0.0,
-            roulette: Sampler::new(0, 0, 0, Stream::Caustic),
+            caustic_numbers: Sampler::new(0, 0, 0, Stream::Caustic),
             experience: Experience::default(),
             trials: None,
         }

@@ -210,6 +210,9 @@ static void asynchronous(void) {
     caustica_progress progress;
     caustica_statistics statistics = {.struct_size = sizeof statistics};
     caustica_pixels pixels;
+    static float shown[40 * 30 * 3];
+    double sum = 0;
+    size_t i;
     memset(&pixels, 0, sizeof pixels);
     pixels.struct_size = sizeof pixels;
     progress.struct_size = sizeof progress;
@@ -219,8 +222,17 @@ static void asynchronous(void) {
     OK(caustica_render_poll(device, render, &progress));
     TRUE(progress.state == CAUSTICA_STATE_RUNNING && progress.fraction < 1);
     TRUE(caustica_render_result(device, render, NULL) == CAUSTICA_ERROR_WRONG_STATE);
+    /* Its whole passes can be read. */
+    while (progress.samples == 0) {
+        TRUE(caustica_render_wait(device, render, 0.01) == CAUSTICA_TIMEOUT);
+        OK(caustica_render_poll(device, render, &progress));
+    }
     pixels.format = CAUSTICA_FORMAT_RGB_F32;
-    TRUE(caustica_render_read(device, render, &pixels) == CAUSTICA_ERROR_WRONG_STATE);
+    pixels.data = shown;
+    pixels.size = sizeof shown;
+    OK(caustica_render_read(device, render, &pixels));
+    for (i = 0; i < sizeof shown / sizeof *shown; ++i) sum += shown[i];
+    TRUE(sum > 0);
     OK(caustica_render_cancel(device, render));
     OK(caustica_render_cancel(device, render));
     OK(caustica_render_wait(device, render, -1));

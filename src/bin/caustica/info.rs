@@ -73,7 +73,7 @@ fn describe(out: &mut String, d: &Description) -> Result<(), Failure> {
     }
     list(out, "instances", d.instances.len())?;
     writeln!(out, "    {drawn} triangles, {}", units::count(spheres, "sphere", "spheres"))?;
-    if let Some((low, high)) = bounds(d) {
+    if let Some((low, high)) = d.bounds() {
         writeln!(out, "  bounds       {} to {} m", vector(low), vector(high))?;
     }
 
@@ -108,33 +108,6 @@ fn list(out: &mut String, what: &str, n: usize) -> std::fmt::Result {
 
 fn emits(d: &Description, material: usize) -> bool {
     d.materials.get(material).is_some_and(|m| m.emission != Rgb::ZERO)
-}
-
-/// World-space corners of all instances, as far as their numbers are finite.
-fn bounds(d: &Description) -> Option<(DVec3, DVec3)> {
-    let mut corners: Option<(DVec3, DVec3)> = None;
-    let mut add = |low: DVec3, high: DVec3| {
-        if low.is_finite() && high.is_finite() {
-            let (a, b) = corners.unwrap_or((low, high));
-            corners = Some((a.min(low), b.max(high)));
-        }
-    };
-    for instance in &d.instances {
-        match instance.geometry {
-            Geometry::Mesh(index) => {
-                for p in d.meshes.get(index).map_or(&[][..], |mesh| &mesh.positions) {
-                    let p = instance.transform.transform_point3(DVec3::from(p.map(f64::from)));
-                    add(p, p);
-                }
-            }
-            Geometry::Sphere { radius } => {
-                let m = instance.transform;
-                let r = DVec3::splat(radius * m.matrix3.x_axis.length());
-                add(m.translation - r, m.translation + r);
-            }
-        }
-    }
-    corners
 }
 
 fn surface(material: &Material) -> String {

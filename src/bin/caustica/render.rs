@@ -10,7 +10,7 @@ use caustica::render::Image;
 use caustica::render::job::{
     self, Cancel, Forecast, Integrator, Output, Settings, Statistics, Technique, TechniqueImages,
 };
-use caustica::scene::{CommitOptions, World};
+use caustica::scene::CommitOptions;
 use clap::CommandFactory;
 use clap::error::ErrorKind;
 use std::collections::BTreeMap;
@@ -57,7 +57,8 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     report(&output, noise, console);
 
     // What one file refuses must not cost the others.
-    let metadata = metadata(&settings, &output, &world, &description.cameras[settings.camera].name);
+    let metadata =
+        Metadata::of_render(&settings, &description.cameras[settings.camera].name, world.hash(), &output.statistics);
     let written = args.output.iter().map(|path| write(path, &output.image, &metadata, &options(args), console));
     let mut failed: Vec<Failure> = written.collect::<Vec<_>>().into_iter().filter_map(Result::err).collect();
     if let Some(dir) = &args.strategies {
@@ -144,19 +145,6 @@ fn technique_options() -> WriteOptions {
 
 fn technique_file((s, t): Technique, suffix: &str) -> String {
     format!("s{s:02}_t{t:02}{suffix}.exr")
-}
-
-fn metadata(settings: &Settings, output: &Output, world: &World, camera: &str) -> Metadata {
-    let mut metadata = Metadata::new();
-    // A name may hold anything; the formats' texts do not take NUL.
-    let settings_text = format!("{} camera={camera:?}", settings.describe());
-    metadata
-        .set("samples", output.statistics.samples)
-        .set("seed", settings.seed)
-        .set("settings", settings_text)
-        .set("scene-hash", format!("{:016x}", world.hash()))
-        .set("backend", output.statistics.backend.as_str());
-    metadata
 }
 
 fn report(output: &Output, noise: Option<String>, console: Console) {

@@ -1,6 +1,7 @@
 //! What a file says about how its pixels were made.
 
 use super::Failure;
+use crate::render::job::{Settings, Statistics};
 
 /// Who made the file.
 pub(super) const SOFTWARE: &str = concat!("caustica ", env!("CARGO_PKG_VERSION"));
@@ -83,6 +84,20 @@ impl Metadata {
     /// No entry.
     pub fn new() -> Self {
         Metadata::default()
+    }
+
+    /// How an image was made. `camera` is the camera's name.
+    pub fn of_render(settings: &Settings, camera: &str, scene_hash: u64, statistics: &Statistics) -> Self {
+        let mut metadata = Metadata::new();
+        // A name may hold anything; the formats' texts do not take NUL.
+        let text = format!("{} camera={camera:?}", settings.describe());
+        metadata
+            .set("samples", statistics.samples)
+            .set("seed", settings.seed)
+            .set("settings", text)
+            .set("scene-hash", format!("{scene_hash:016x}"))
+            .set("backend", statistics.backend.as_str());
+        metadata
     }
 
     /// Sets an entry, in place of an older one of the same key.

@@ -132,24 +132,3 @@ fn reverse_follows_from_the_etendue_identity() {
     // The shading normals of the slabs count, or the identity would hold without kappa.
     assert!(kappa_low < 0.985 && kappa_high > 1.015, "{kappa_low} {kappa_high}");
 }
-
-#[test]
-fn reflection_equals_differences() {
-    let ball = Ball { center: DVec3::Z * 3.0, radius: 1.0 };
-    let plane = -4.0;
-    // From the origin to the ball, mirrored, to the plane z = -4.
-    let land = |d: DVec3| {
-        let (_, at) = ball.meet(DVec3::ZERO, d, false).unwrap();
-        let out = d - at.ns * (2.0 * d.dot(at.ns));
-        at.p + out * ((plane - at.p.z) / out.z)
-    };
-    let d = DVec3::new(0.1, 0.05, 1.0).normalize();
-    let (t, at) = ball.meet(DVec3::ZERO, d, false).unwrap();
-    let mut ray = RayDifferential::leaving(d);
-    ray.transfer(t, at.ng);
-    ray.reflect(&at);
-    let area = ray.area((plane - at.p.z) / ray.direction().z) / ray.direction().z.abs();
-    let (u, v) = tangents(d);
-    let slope = |p: DVec3| (land((d + p * 1e-5).normalize()) - land((d - p * 1e-5).normalize())) / 2e-5;
-    assert!(error(slope(u).cross(slope(v)).length(), area) < 1e-7);
-}

@@ -1,6 +1,10 @@
 //! Worker threads: our own, joined before the call that made them returns. Rayon's global pool is
 //! never touched, since it belongs to the host.
 
+pub(crate) mod arithmetic;
+
+use arithmetic::Arithmetic;
+
 /// Threads to use for a request: 0 means as many as the process may use (affinity and cgroup limits
 /// included).
 pub fn thread_count(requested: usize) -> usize {
@@ -27,7 +31,7 @@ pub fn broadcast(threads: usize, work: impl Fn(usize) + Sync) -> Result<(), Fail
             .thread_name(|i| format!("caustica-{i}"))
             .build_scoped(
                 |worker| {
-                    default_floating_point();
+                    Arithmetic::DEFAULT.set();
                     worker.run();
                 },
                 |pool| {
@@ -46,18 +50,4 @@ pub fn broadcast(threads: usize, work: impl Fn(usize) + Sync) -> Result<(), Fail
 pub fn panic_message(payload: &(dyn std::any::Any + Send)) -> String {
     let text = payload.downcast_ref::<&str>().map(|s| (*s).to_owned());
     text.or_else(|| payload.downcast_ref::<String>().cloned()).unwrap_or_else(|| "panic".to_owned())
-}
-
-/// A host linked with `-ffast-math` starts with flush-to-zero set and threads inherit it, which would
-/// make the image depend on the host's compiler flags. Rust code assumes the default state, and this
-/// restores it.
-#[allow(unsafe_code)]
-fn default_floating_point() {
-    #[cfg(target_arch = "x86_64")]
-    {
-        let default: u32 = 0x1f80;
-        // SAFETY: loads the control and status register of this thread, which no Rust code has run on
-        // before, with the value that Rust code assumes.
-        unsafe { std::arch::asm!("ldmxcsr [{}]", in(reg) &default, options(nostack, readonly)) };
-    }
 }

@@ -1,0 +1,24 @@
+//! The image of a render that still runs.
+
+use super::Image;
+use super::job::RenderError;
+use super::passes::Passes;
+use std::sync::{Arc, Mutex, PoisonError, Weak};
+
+/// Shows what a render has; shared between threads.
+#[derive(Default)]
+pub struct Preview(Mutex<Weak<Passes>>);
+
+impl Preview {
+    /// From now on, what is in these.
+    pub(super) fn show(&self, passes: &Arc<Passes>) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Arc::downgrade(passes);
+    }
+
+    /// The average over the whole passes so far; `None` before the first and after the end. Workers that finish a tile
+    /// wait meanwhile.
+    pub fn image(&self) -> Result<Option<Image>, RenderError> {
+        let passes = self.0.lock().unwrap_or_else(PoisonError::into_inner).upgrade();
+        passes.map_or(Ok(None), |passes| passes.image())
+    }
+}
