@@ -154,9 +154,9 @@ enum {
 
 enum { CAUSTICA_SEVERITY_INFO = 1, CAUSTICA_SEVERITY_WARNING = 2, CAUSTICA_SEVERITY_ERROR = 3 };
 
-/* Receives warnings, and every error that a call or a render on the device ends with. Called on the
- * thread of that call, or on the render's thread: possibly on several at once. `detail` is valid
- * during the call. */
+/* Receives what renders of a scene cannot find (info), warnings, and every error that a call or a render on the
+ * device ends with. Called on the thread of that call, or on the render's thread: possibly on several at once.
+ * `detail` is valid during the call. */
 typedef void (*caustica_message_callback)(void* user, uint32_t severity, const caustica_detail* detail);
 
 typedef struct caustica_device_options {
@@ -296,12 +296,15 @@ typedef struct caustica_commit_report {
 /* Checks the scene, builds, and makes the snapshot that later renders use. It is here that the values of
  * meshes, materials, instances, lights and cameras are checked. On an error the last snapshot stays, and
  * the details name object, field, index and value. `report` may be NULL. Where meshes and instances are as
- * they were and where they were, geometry is not built again: of cameras, lights and materials a commit is fast. */
+ * they were and where they were, geometry is not built again: a change of cameras, lights and materials commits
+ * fast. */
 caustica_result caustica_scene_commit(caustica_device* device, caustica_scene scene, caustica_commit_report* report);
 
 /* ---- Lights --------------------------------------------------------------------------------- */
 
-/* Lights without a surface; surfaces emit by their material. */
+/* Lights without a surface; surfaces emit by their material. No camera path hits these: of their light, what crosses
+ * glass or a mirror on every leg to the camera is found by caustic connections alone, or not at all. A commit says so
+ * in messages of CAUSTICA_SEVERITY_INFO where it matters. A small emissive sphere or rectangle has no such limit. */
 enum {
     CAUSTICA_LIGHT_POINT = 1,      /* uses position */
     CAUSTICA_LIGHT_SPOT = 2,       /* uses position, direction, inner_angle, outer_angle */

@@ -34,7 +34,7 @@ const ONLY: [(&str, &str, &[&str]); 6] = [
     ("emitter", "scene", &["description"]),
     ("io", "scene", &["description"]),
     // Settings of a render are data, too.
-    ("capi", "transport", &["options", "roulette"]),
+    ("capi", "transport", &["options", "roulette", "limits"]),
 ];
 
 fn sources(folder: &Path, into: &mut Vec<PathBuf>) {

@@ -2,7 +2,7 @@
 //! snapshot it started with, so the host may edit at once.
 
 use super::camera::Camera;
-use super::device::{Device, SEVERITY_WARNING};
+use super::device::{Device, SEVERITY_INFO, SEVERITY_WARNING};
 use super::error::{ERROR_BUSY, Failure, OBJECT_SCENE, OK, Origins};
 use super::guard;
 use super::handle::{Handle, Kind};
@@ -14,6 +14,7 @@ use super::pointer::{Out, OutStruct, Sized32, Values};
 use crate::math::Rgb;
 use crate::scene::description::{self, Description};
 use crate::scene::{CommitOptions, World};
+use crate::transport::limits::limits;
 use std::collections::{BTreeMap, HashMap};
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
@@ -174,6 +175,9 @@ fn commit(device: &Arc<Device>, scene: Handle<Scene>, report: OutStruct<CommitRe
     for warning in &world.warnings {
         let message = Failure::new(OK, warning.as_str()).object(OBJECT_SCENE, scene.id, "");
         device.messages.send(SEVERITY_WARNING, &message);
+    }
+    for limit in limits(world) {
+        device.messages.send(SEVERITY_INFO, &Failure::new(OK, limit).object(OBJECT_SCENE, scene.id, ""));
     }
     place.write(&CommitReport {
         struct_size: 0,

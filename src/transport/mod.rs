@@ -6,6 +6,7 @@ pub mod connect;
 mod edge;
 pub mod experience;
 mod interfaces;
+pub mod limits;
 pub mod options;
 pub mod roulette;
 mod search;

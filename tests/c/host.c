@@ -267,6 +267,25 @@ static void snapshots(uint64_t before) {
     TRUE(render_hash(&desc) == before);
 }
 
+/* What renders cannot find is told at the commit. */
+static void limits(void) {
+    caustica_light_desc desc;
+    caustica_light light;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = sizeof desc;
+    desc.kind = CAUSTICA_LIGHT_POINT;
+    desc.position[1] = 3;
+    desc.intensity[0] = 1;
+    TRUE(messages[CAUSTICA_SEVERITY_INFO] == 0);
+    OK(caustica_scene_add_light(device, scene, &desc, &light));
+    OK(caustica_scene_commit(device, scene, NULL));
+    TRUE(messages[CAUSTICA_SEVERITY_INFO] > 0 && strstr(last_message, "delta lights") != NULL);
+    messages[CAUSTICA_SEVERITY_INFO] = 0;
+    OK(caustica_light_remove(device, light));
+    OK(caustica_scene_commit(device, scene, NULL));
+    TRUE(messages[CAUSTICA_SEVERITY_INFO] == 0);
+}
+
 /* Options of connections: zero is the default, and each of them says something. */
 static void options(uint64_t before) {
     caustica_caustic_options o;
@@ -376,6 +395,7 @@ int main(void) {
     asynchronous();
     options(h);
     snapshots(h);
+    limits();
     forked();
     concurrent();
 

@@ -2,10 +2,10 @@
 
 use crate::args::Info;
 use crate::{Failure, console, scene, units};
-use caustica::manifold::MAX_CHAIN;
 use caustica::math::Rgb;
 use caustica::scene::description::{Camera, Description, Geometry, LightKind, Material, Projection, Scattering};
 use caustica::scene::{CommitOptions, World};
+use caustica::transport::limits::limits;
 use glam::DVec3;
 use std::fmt::Write;
 
@@ -33,28 +33,6 @@ pub(crate) fn run(args: &Info) -> Result<(), Failure> {
     }
     console::print(&text)?;
     world.map(drop)
-}
-
-/// Light that no strategy, or none but the walks, can bring.
-fn limits(world: &World) -> Vec<String> {
-    let mut limits = Vec::new();
-    if !world.requirements.delta_lights {
-        return limits;
-    }
-    if world.requirements.caustics {
-        limits.push(
-            "delta lights and smooth glass: a path that crosses glass on every leg from lamp to eye is found by walks \
-             alone, each through the surfaces on the straight line; the rest is missing, not noise"
-                .to_owned(),
-        );
-    }
-    if world.shape_material.iter().any(|&material| world.bsdfs[material as usize].has_delta()) {
-        limits.push(format!(
-            "delta lights and smooth surfaces: a path that a mirror, an internal reflection, a thin pane or more than \
-             {MAX_CHAIN} surfaces interrupt on every leg is never found"
-        ));
-    }
-    limits
 }
 
 /// Names are printed quoted and escaped: they come from the file.
