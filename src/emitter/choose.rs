@@ -7,7 +7,7 @@ use crate::math::Discrete;
 /// sun does not reach.
 const UNIFORM_SHARE: f64 = 0.1;
 
-/// Steps of the random numbers that choose: 23 bits. Probabilities are whole numbers of them, so that a light is chosen
+/// Steps of the random numbers that choose: 23 bits of f32. Probabilities are whole numbers of them, so that a light is chosen
 /// as often as claimed, however many there are.
 const STEPS: f64 = (1 << 23) as f64;
 
@@ -53,7 +53,7 @@ impl Choice {
     /// A light for a uniform number in `[0, 1)`.
     #[inline]
     pub(super) fn sample(&self, u: f32) -> u32 {
-        self.distribution.sample(u) as u32
+        self.distribution.sample(u.into()) as u32
     }
 
     /// The probability of a light.

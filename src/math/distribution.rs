@@ -54,21 +54,20 @@ impl Discrete {
 
     /// An entry for a uniform number in `[0, 1)`; never one of probability 0.
     #[inline]
-    pub fn sample(&self, u: f32) -> usize {
+    pub fn sample(&self, u: f64) -> usize {
         if self.cdf.len() == 2 {
             return 0;
         }
-        let u = u as f64;
         self.cdf[1..].partition_point(|&c| c <= u).min(self.len() - 1)
     }
 
     /// Like [`Discrete::sample`], returning also the number's position within the chosen entry,
     /// again uniform in `[0, 1)`, so that one random number serves two decisions.
     #[inline]
-    pub fn sample_reuse(&self, u: f32) -> (usize, f32) {
+    pub fn sample_reuse(&self, u: f64) -> (usize, f32) {
         let i = self.sample(u);
         let width = self.cdf[i + 1] - self.cdf[i];
-        let rest = if width > 0.0 { (u as f64 - self.cdf[i]) / width } else { 0.0 };
+        let rest = if width > 0.0 { (u - self.cdf[i]) / width } else { 0.0 };
         (i, (rest as f32).clamp(0.0, 1.0 - f32::EPSILON))
     }
 }
@@ -83,7 +82,7 @@ mod tests {
         let n = 4000;
         let mut counts = [0; 5];
         for k in 0..n {
-            let (i, rest) = d.sample_reuse((k as f32 + 0.5) / n as f32);
+            let (i, rest) = d.sample_reuse((f64::from(k) + 0.5) / f64::from(n));
             assert!((0.0..1.0).contains(&rest));
             counts[i] += 1;
         }

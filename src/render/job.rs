@@ -132,7 +132,7 @@ pub struct Forecast {
 
 /// Asks a running render to stop; shared between threads.
 #[derive(Debug, Default)]
-pub struct Cancel(AtomicBool);
+pub struct Cancel(pub(super) AtomicBool);
 
 impl Cancel {
     /// Asks. Idempotent.
@@ -528,6 +528,7 @@ pub fn render_shown(
     let work = |_worker: usize| {
         let _ends = passes.end_on_panic();
         let mut tracer = tracer(world, &view, settings, &pilot);
+        tracer.stop = Some(&cancel.0);
         let mut sample = Sample::default();
         let stop = || cancel.is_cancelled();
         while let Some(mut tile) = passes.next_tile(&stop) {
@@ -553,6 +554,11 @@ pub fn render_shown(
                     estimate(&mut tracer, &view, settings, pixel, pass, &mut sample, &mut ());
                 }
                 tile.add(pixel, &sample);
+            }
+            // What a search left behind that was stopped is wrong.
+            if cancel.is_cancelled() {
+                passes.stop();
+                return;
             }
             tile.rays = tracer.rays - before;
             tile.walks = std::mem::take(&mut tracer.walks);

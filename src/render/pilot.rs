@@ -212,6 +212,7 @@ impl Samples {
         let threads = pool::thread_count(settings.threads).min(groups.len());
         pool::broadcast(threads, |_| {
             let mut tracer = job::tracer(world, view, settings, pilot);
+            tracer.stop = Some(&host.cancel.0);
             tracer.trials = threshold.map(|_| Vec::new());
             loop {
                 let number = next.fetch_add(1, Ordering::Relaxed);

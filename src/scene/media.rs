@@ -59,6 +59,9 @@ const PROBES: [[f32; 2]; 5] = [[0.013, 0.029], [0.071, -0.047], [-0.083, -0.061]
 /// Not tuned; a part of a lamp between these, of fewer triangles, can be missed.
 const LAMP_PROBES: usize = 64;
 
+/// The same of all lamps together, where they are many: a second.
+const ALL_LAMPS_PROBES: usize = 1 << 14;
+
 /// Where a triangle of a lamp is asked: its middle and near its corners.
 const WITHIN: [[f32; 2]; 4] = [[0.33, 0.33], [0.02, 0.02], [0.96, 0.02], [0.02, 0.96]];
 
@@ -139,7 +142,8 @@ impl World {
     fn probe_lamp(&self, lamp: &Shape) -> LightMedia {
         let points: Vec<_> = match lamp {
             Shape::Mesh(mesh) => {
-                let step = mesh.triangles.len().div_ceil(LAMP_PROBES);
+                let most = (ALL_LAMPS_PROBES / self.lights.len()).clamp(1, LAMP_PROBES);
+                let step = mesh.triangles.len().div_ceil(most);
                 let some = (0..mesh.triangles.len() as u32).step_by(step).filter(|&t| mesh.area(t) > 0.0);
                 some.flat_map(|t| WITHIN.map(|[u, v]| mesh.surface(t, u, v))).collect()
             }

@@ -12,7 +12,7 @@ pub const LARGEST_TOLERANCE: f64 = 1e-5;
 /// chains as with 1e-8 (water 94 %, eye 50 %, glass_sphere 100 % of the connections), in 0.6 to 0.8 steps more.
 pub const LEAST_TOLERANCE: f64 = 1e-13;
 
-/// Largest [`CausticOptions::max_iterations`]: a render can be cancelled between paths, not within a walk, and so many
+/// Largest [`CausticOptions::max_iterations`]: a render can be cancelled between walks, not within one, and so many
 /// steps of 1.5 microseconds take 6 ms. Hardly a walk that arrives takes 64.
 pub const MOST_ITERATIONS: u32 = 4096;
 

@@ -15,6 +15,7 @@ use super::sight::Seen;
 use crate::camera::Endpoint;
 use crate::manifold::{End, WalkSettings, search};
 use glam::DVec3;
+use std::sync::atomic::Ordering;
 
 /// Most walks of a search. Until a chain is found again takes as many on average as there are chains to find, however
 /// hard these are to find; this is far beyond.
@@ -63,12 +64,14 @@ impl Tracer<'_> {
         };
         let axis = known.map_or_else(straight, |edge| edge.first.as_dvec3().normalize());
         let before = (self.walks.total(), self.walk_work());
+        let stop = self.stop;
+        let stopped = || stop.is_some_and(|stop| stop.load(Ordering::Relaxed));
         let mut look = || {
             let start = search(axis, self.caustic_numbers.next_2d().as_dvec2());
             self.solve(a, b, seen, Some(start), settings).ok()
         };
         let found = look().filter(|edge| known.is_none_or(|known| !known.is(edge))).map(|edge| {
-            let again = (1..MOST_WALKS).find(|_| look().is_some_and(|other| other.is(&edge)));
+            let again = (1..MOST_WALKS).find(|_| stopped() || look().is_some_and(|other| other.is(&edge)));
             (edge, again.unwrap_or(MOST_WALKS))
         });
         self.walks.searches += 1;

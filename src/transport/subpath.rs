@@ -23,6 +23,7 @@ use crate::scene::glass::Glass;
 use crate::scene::media::MediumId;
 use glam::Vec3;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// Scattering events before Russian roulette begins. Three keeps the short paths, which carry most
 /// of an image, free of roulette noise.
@@ -148,6 +149,8 @@ pub struct Tracer<'w> {
     pub search: f32,
     /// The part of [`Tracer::walk_work`] that searches did, and the checks that know of them.
     pub search_work: f64,
+    /// Set by whoever wants no more of it: a search, which can be long, then ends with a wrong number.
+    pub stop: Option<&'w AtomicBool>,
     /// Random numbers of caustic connections, of the current sample: roulette, microfacets, searches.
     pub caustic_numbers: Sampler,
     /// What roulette goes by.
@@ -200,6 +203,7 @@ impl<'w> Tracer<'w> {
             retry_work: 0.0,
             search: 0.0,
             search_work: 0.0,
+            stop: None,
             caustic_numbers: Sampler::new(0, 0, 0, Stream::Caustic),
             experience: Experience::default(),
             trials: None,

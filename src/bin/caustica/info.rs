@@ -3,8 +3,8 @@
 use crate::args::Info;
 use crate::{Failure, console, scene, units};
 use caustica::math::Rgb;
+use caustica::scene::CommitOptions;
 use caustica::scene::description::{Camera, Description, Geometry, LightKind, Material, Projection, Scattering};
-use caustica::scene::{CommitOptions, World};
 use caustica::transport::limits::limits;
 use glam::DVec3;
 use std::fmt::Write;
