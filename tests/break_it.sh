@@ -169,6 +169,8 @@ mutation("light in several media: taken to be in one", "src/scene/media.rs",
          "if media.all(|other| other == first) {", "if media.all(|other| other == first) || true {",
          ("agreement", "light_across_a_boundary"))
 
+mutation("camera: a film in several media taken to be in one", "src/render/job.rs",
+         "pinhole || !world.requirements.media || ", "true || ", ("agreement", "parallel"))
 mutation("commit: shapes of before, whatever there is now", "src/scene/world.rs",
          "world.shapes_hash == hash.shapes && ", "", ("job", "a_commit_shares"))
 

@@ -7,6 +7,8 @@
 
 mod common;
 
+use caustica::camera::Endpoint;
+use caustica::geometry::Ray;
 use caustica::math::{Rgb, luminance};
 use caustica::render::job::{Caustics, Integrator, Settings};
 use caustica::scene::description::*;
@@ -450,6 +452,35 @@ fn what_is_below_a_pole_is_not_within_glass() {
         assert_eq!(world.media[below as usize].ior, 1.0, "{columns}x{rows}");
         assert_eq!(world.media[within as usize].ior, 1.5, "{columns}x{rows}");
     }
+}
+
+/// A ball half in glass, and a luminous table with a block on it that no corner and no middle of its triangles touch.
+#[test]
+fn a_lamp_knows_its_medium_at_each_point() {
+    let mut b = Builder::default();
+    let (glass, lamp) = (b.glass(1.5, 0.0), b.lamp(1.0));
+    b.cuboid(Vec3::splat(-1.0), Vec3::splat(1.0), false, glass);
+    let ball = b.0.instances.len();
+    b.sphere(DVec3::new(0.0, 1.0, 0.0), 0.25, lamp);
+    b.cuboid(Vec3::new(9.6, -0.1, 0.3), Vec3::new(9.8, 0.5, 0.5), false, glass);
+    let table = b.0.instances.len();
+    b.quad(Vec3::new(9.0, 0.0, -1.0), Vec3::Z * 2.0, Vec3::X * 2.0, lamp);
+    b.perspective([0.0, 0.0, 5.0], [0.0, 0.0, 0.0], 0.5);
+    let world = b.commit();
+    let at = |shape: usize, p: Vec3| {
+        let ray = |toward: Vec3| Ray { origin: p + toward * 0.05, direction: -toward, t_max: 0.1 };
+        let toward = if shape == ball { (p - Vec3::Y).normalize() } else { Vec3::Y };
+        let hit = world.intersector.closest(&ray(toward)).expect("a point of the lamp");
+        assert_eq!(hit.shape as usize, shape);
+        let light = world.lights.of_shape(hit.shape).expect("a light");
+        let at = world.shapes[shape].surface(&ray(toward), &hit);
+        let medium = world.medium_of_light(light, &Endpoint::Surface(at), false);
+        world.media[medium as usize].ior
+    };
+    assert_eq!(at(ball, Vec3::new(0.0, 0.75, 0.0)), 1.5);
+    assert_eq!(at(ball, Vec3::new(0.0, 1.25, 0.0)), 1.0);
+    assert_eq!(at(table, Vec3::new(9.7, 0.0, 0.4)), 1.5);
+    assert_eq!(at(table, Vec3::new(9.3, 0.0, 0.4)), 1.0);
 }
 
 #[test]

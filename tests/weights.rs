@@ -277,7 +277,7 @@ fn check_with(name: &str, builder: &Builder, caustics: Option<CausticOptions>) {
     let (width, height) = (24, 20);
     let camera = Camera::new(&world.cameras[0], width, height);
     let medium = world.medium_at(camera.generate(Vec2::new(12.0, 10.0)).0);
-    let view = View { camera: camera.clone(), medium, width, height };
+    let view = View { camera: camera.clone(), medium: Some(medium), width, height };
     let mut tracer = Tracer::new(&world, 9);
     let connects = caustics.is_some() && world.requirements.caustics;
     if connects {

@@ -13,8 +13,8 @@ use glam::Vec2;
 pub struct View {
     /// The camera.
     pub camera: Camera,
-    /// Medium around it.
-    pub medium: MediumId,
+    /// Medium around it, if that is one: the film of a parallel projection may lie in several.
+    pub medium: Option<MediumId>,
     /// Film size in pixels.
     pub width: u32,
     /// Film size in pixels.

@@ -33,7 +33,7 @@ pub fn sample(
     let mut ray = Ray { origin, direction, t_max: f32::INFINITY };
     let mut beta = Rgb::ONE;
     let mut roulette = Rgb::ONE;
-    let mut medium = view.medium;
+    let mut medium = view.medium.unwrap_or_else(|| world.medium_at(origin));
     let mut radiance = Rgb::ZERO;
     // Density of the last direction if it came from a connectable lobe, and the vertex it left.
     let mut sampled: Option<(f32, Vec3)> = None;

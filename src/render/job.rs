@@ -7,6 +7,7 @@ use super::preview::Preview;
 use crate::camera::{Camera, Endpoint};
 use crate::integrator::bdpt::{self, View};
 use crate::integrator::{Contribution, Observer, Sample, Splat, light, path};
+use crate::math::pixel_position;
 use crate::pool;
 use crate::scene::World;
 use crate::transport::Tracer;
@@ -426,11 +427,19 @@ pub(super) fn connects_through_glass(world: &World, settings: &Settings) -> bool
         }
 }
 
+/// Points at which the film of a parallel projection is asked for its medium. A corner of a few thousandths of it can be
+/// missed.
+const FILM_PROBES: u32 = 1024;
+
 /// The camera of a validated request.
 pub(super) fn view(world: &World, settings: &Settings) -> View {
     let camera = Camera::new(&world.cameras[settings.camera], settings.width, settings.height);
-    let center = camera.generate(Vec2::new(settings.width as f32, settings.height as f32) / 2.0).0;
-    View { medium: world.medium_at(center), camera, width: settings.width, height: settings.height }
+    let (width, height) = (settings.width, settings.height);
+    let at = |i| world.medium_at(camera.generate(pixel_position(0, 0, i) * Vec2::new(width as f32, height as f32)).0);
+    let first = at(0);
+    let pinhole = matches!(camera.endpoint(), Endpoint::Point(_));
+    let one = pinhole || !world.requirements.media || (1..FILM_PROBES).all(|i| at(i) == first);
+    View { medium: one.then_some(first), camera, width, height }
 }
 
 /// A worker's tracer.

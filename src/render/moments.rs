@@ -270,7 +270,7 @@ mod tests {
             transform: DAffine3::IDENTITY,
             projection: description::Projection::Perspective { yfov: 1.0 },
         };
-        let view = View { camera: Camera::new(&camera, width, height), medium: 0, width, height };
+        let view = View { camera: Camera::new(&camera, width, height), medium: Some(0), width, height };
         let mut paths = Paths::new(&view, false);
         for pixel in 0..width * height {
             let connected = pixel % 2 == 0;

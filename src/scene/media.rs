@@ -3,9 +3,9 @@
 use super::description::Medium;
 use super::{SceneError, World};
 use crate::camera::Endpoint;
-use crate::geometry::{Ray, Shape, SurfacePoint};
-use crate::math::Rgb;
-use glam::{DVec3, Vec3};
+use crate::geometry::{Mesh, Ray, Shape, SurfacePoint};
+use crate::math::{Discrete, Rgb, pixel_position, warp};
+use glam::Vec3;
 
 /// Index into [`World::media`]; 0 is vacuum.
 pub type MediumId = u16;
@@ -55,15 +55,12 @@ pub(super) fn boundary(media: &mut Vec<Medium>, inside: Medium, outside: Medium)
 /// open elsewhere (a surface of water), and on none of the planes and axes that models are symmetric about.
 const PROBES: [[f32; 2]; 5] = [[0.013, 0.029], [0.071, -0.047], [-0.083, -0.061], [-0.037, 0.109], [0.127, 0.053]];
 
-/// Most triangles of a lamp that are asked whether they lie in one medium: forty rays each, some milliseconds for a lamp.
-/// Not tuned; a part of a lamp between these, of fewer triangles, can be missed.
-const LAMP_PROBES: usize = 64;
-
-/// The same of all lamps together, where they are many: a second.
-const ALL_LAMPS_PROBES: usize = 1 << 14;
-
-/// Where a triangle of a lamp is asked: its middle and near its corners.
-const WITHIN: [[f32; 2]; 4] = [[0.33, 0.33], [0.02, 0.02], [0.96, 0.02], [0.02, 0.96]];
+/// Points of a lamp that are asked for its media, ten rays each: many, a few milliseconds, where its box meets that of a
+/// surface that refracts, so that no contact of more than a few thousandths of the lamp is missed; else a surface of
+/// water ends above it at most. Of very many lamps all together, in a second or two. Not tuned.
+const LAMP_PROBES: u32 = 16;
+const NEAR_LAMP_PROBES: u32 = 1024;
+const ALL_LAMPS_PROBES: u32 = 1 << 17;
 
 impl World {
     /// The media a shape separates, if it refracts.
@@ -131,25 +128,40 @@ impl World {
         let around_point = |light| self.lights.position(light).map_or(0, |p| self.medium_at(p));
         let mut media: Vec<_> =
             (0..self.lights.len() as u32).map(|light| LightMedia::One([around_point(light); 2])).collect();
+        if !self.requirements.media {
+            return media;
+        }
+        let refracts = (0..).zip(self.shapes.iter()).filter(|(shape, _)| self.boundary(*shape).is_some());
+        let boundaries: Vec<_> = refracts.map(|(_, shape)| shape.bounds()).collect();
         for (shape, geometry) in (0..).zip(self.shapes.iter()) {
-            if let Some(light) = self.lights.of_shape(shape).filter(|_| self.requirements.media) {
-                media[light as usize] = self.probe_lamp(geometry);
-            }
+            let Some(light) = self.lights.of_shape(shape) else { continue };
+            let (low, high) = geometry.bounds();
+            let meets = |(l, h): &(Vec3, Vec3)| l.cmple(high).all() && h.cmpge(low).all();
+            let probes = if boundaries.iter().any(meets) { NEAR_LAMP_PROBES } else { LAMP_PROBES };
+            let most = (ALL_LAMPS_PROBES / self.lights.len() as u32).max(1);
+            media[light as usize] = self.probe_lamp(geometry, probes.min(most));
         }
         media
     }
 
-    fn probe_lamp(&self, lamp: &Shape) -> LightMedia {
-        let points: Vec<_> = match lamp {
-            Shape::Mesh(mesh) => {
-                let most = (ALL_LAMPS_PROBES / self.lights.len()).clamp(1, LAMP_PROBES);
-                let step = mesh.triangles.len().div_ceil(most);
-                let some = (0..mesh.triangles.len() as u32).step_by(step).filter(|&t| mesh.area(t) > 0.0);
-                some.flat_map(|t| WITHIN.map(|[u, v]| mesh.surface(t, u, v))).collect()
+    /// By points that spread evenly over it.
+    fn probe_lamp(&self, lamp: &Shape, probes: u32) -> LightMedia {
+        let areas = |mesh: &Mesh| Discrete::new((0..mesh.triangles.len() as u32).map(|t| f64::from(mesh.area(t))));
+        let triangles = if let Shape::Mesh(mesh) = lamp { areas(mesh) } else { None };
+        let point = |i: u32| {
+            let u = pixel_position(0, 0, i);
+            match (lamp, &triangles) {
+                (Shape::Mesh(mesh), Some(triangles)) => {
+                    let triangle = triangles.sample((f64::from(i) + 0.5) / f64::from(probes));
+                    let b = warp::triangle(u);
+                    Some(mesh.surface(triangle as u32, b.x, b.y))
+                }
+                (Shape::Sphere(sphere), _) => Some(sphere.at(warp::sphere(u).as_dvec3())),
+                (Shape::Mesh(_), None) => None,
             }
-            Shape::Sphere(sphere) => DVec3::AXES.iter().flat_map(|&d| [sphere.at(d), sphere.at(-d)]).collect(),
         };
-        let mut media = points.iter().map(|at| [false, true].map(|back| self.medium_before(at, back)));
+        let around = |at: SurfacePoint| [false, true].map(|back| self.medium_before(&at, back));
+        let mut media = (0..probes).filter_map(point).map(around);
         let first = media.next().unwrap_or_default();
         if media.all(|other| other == first) { LightMedia::One(first) } else { LightMedia::Several }
     }

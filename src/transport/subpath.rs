@@ -226,10 +226,17 @@ impl<'w> Tracer<'w> {
 
     /// Walks from the camera through `raster`; fills [`Self::camera_vertices`] and
     /// [`Self::emitter_hits`].
-    pub fn trace_camera(&mut self, camera: &Camera, medium: MediumId, raster: glam::Vec2, sampler: &mut Sampler) {
+    pub fn trace_camera(
+        &mut self,
+        camera: &Camera,
+        medium: Option<MediumId>,
+        raster: glam::Vec2,
+        sampler: &mut Sampler,
+    ) {
         self.camera_vertices.clear();
         self.emitter_hits.clear();
         let (origin, direction) = camera.generate(raster);
+        let medium = medium.unwrap_or_else(|| self.world.medium_at(origin));
         let mut edge = OpenEdge::new(Departure::Camera, origin, medium);
         edge.forward_is_area = true;
         let walk = Walk {

@@ -330,9 +330,20 @@ pub fn light_across_a_boundary() -> Builder {
     b
 }
 
-/// Parallel projection of diffuse and glossy surfaces and rough glass.
+/// Parallel projection of diffuse and glossy surfaces and rough glass; absorbing glass around a part of the film and
+/// a ball before it.
 pub fn orthographic() -> Builder {
     let mut b = rough_glass();
+    let murky = b.material(Scattering::Dielectric {
+        inside: Medium { ior: 1.2, absorption: Rgb::new(0.5, 1.0, 2.0) },
+        outside: Medium::VACUUM,
+        roughness: 0.0,
+        tint: Rgb::ONE,
+    });
+    let film = DVec3::from(FROM).as_vec3();
+    b.cuboid(film + Vec3::new(0.25, -2.0, -0.75), film + Vec3::new(2.0, 2.0, 0.75), false, murky);
+    let near = b.diffuse(0.8);
+    b.sphere(DVec3::from(FROM) + DVec3::new(0.8, -0.3, -0.45), 0.25, near);
     b.0.cameras.clear();
     b.camera(FROM.into(), TO.into(), Projection::Orthographic { ymag: 1.4 });
     b
