@@ -207,7 +207,8 @@ Equal time; the methods' columns are relMSE inside the region (of the whole pict
 
 - region: share of the pixels in the caustic region; noise: relMSE of the reference.
 - check: the mean in the region of independent renders by integrators without walks, less the reference's, with its
-  standard error over 8 renders. Only where these find all paths.
+  standard error over 8 renders, the reference's own left out. Only where these find all paths; of few and bright ones
+  such a mean is more often too low than too high.
 - bdpt/ours, mnee/ours: ratios of relMSE x time, since a render ends with the pass that is running at its time.
 - in/out: at equal samples, relMSE inside the region over relMSE outside.
 ";

@@ -33,6 +33,16 @@ impl Builder {
         })
     }
 
+    /// Smooth glass that absorbs, per metre.
+    pub(crate) fn absorbing(&mut self, ior: f32, absorption: Rgb) -> usize {
+        self.material(Scattering::Dielectric {
+            inside: Medium { ior, absorption },
+            outside: Medium::VACUUM,
+            roughness: 0.0,
+            tint: Rgb::ONE,
+        })
+    }
+
     /// Rough glass that walks lead through.
     pub(crate) fn walked_glass(&mut self, ior: f32, roughness: f32) -> usize {
         let material = self.glass(ior, roughness);

@@ -196,12 +196,7 @@ pub fn absorbing_glass() -> Builder {
 /// Camera, lamps and all in one absorbing medium, whose end nothing reaches.
 pub fn murky() -> Builder {
     let mut b = diffuse();
-    let boundary = b.material(Scattering::Dielectric {
-        inside: Medium { ior: 1.33, absorption: Rgb::new(0.3, 0.4, 0.5) },
-        outside: Medium::VACUUM,
-        roughness: 0.0,
-        tint: Rgb::ONE,
-    });
+    let boundary = b.absorbing(1.33, Rgb::new(0.3, 0.4, 0.5));
     b.sphere(DVec3::ZERO, 100.0, boundary);
     b
 }
@@ -259,12 +254,7 @@ pub fn sphere_lights() -> Builder {
 /// The camera in the middle of a glass ball, next to a diffuse ball in the same glass.
 pub fn camera_in_glass() -> Builder {
     let mut b = lit(wide_lamp, plain_objects);
-    let glass = b.material(Scattering::Dielectric {
-        inside: Medium { ior: 1.4, absorption: Rgb::new(0.1, 0.2, 0.3) },
-        outside: Medium::VACUUM,
-        roughness: 0.0,
-        tint: Rgb::ONE,
-    });
+    let glass = b.absorbing(1.4, Rgb::new(0.1, 0.2, 0.3));
     b.sphere(DVec3::from(FROM), 0.75, glass);
     let near = b.diffuse(0.7);
     b.sphere(DVec3::new(0.2, 1.55, 3.8), 0.1, near);
@@ -275,12 +265,7 @@ pub fn camera_in_glass() -> Builder {
 /// as power and meet camera subpaths that carry radiance: the squared index counts at every junction.
 pub fn aquarium() -> Builder {
     let mut b = Builder::default();
-    let glass = b.material(Scattering::Dielectric {
-        inside: Medium { ior: 1.5, absorption: Rgb::new(0.05, 0.1, 0.15) },
-        outside: Medium::VACUUM,
-        roughness: 0.0,
-        tint: Rgb::ONE,
-    });
+    let glass = b.absorbing(1.5, Rgb::new(0.05, 0.1, 0.15));
     b.cuboid(Vec3::new(-1.5, -0.25, -1.5), Vec3::new(1.5, 1.75, 1.75), false, glass);
     let (floor, ball, other) = (b.diffuse(0.6), b.diffuse(0.8), b.diffuse(0.5));
     b.quad(Vec3::new(-1.25, 0.0, -1.25), Vec3::Z * 2.5, Vec3::X * 2.5, floor);
@@ -296,12 +281,7 @@ pub fn aquarium() -> Builder {
 pub fn light_in_glass() -> Builder {
     let mut b = Builder::default();
     stage(&mut b);
-    let glass = b.material(Scattering::Dielectric {
-        inside: Medium { ior: 1.5, absorption: Rgb::new(0.2, 0.4, 0.6) },
-        outside: Medium::VACUUM,
-        roughness: 0.0,
-        tint: Rgb::ONE,
-    });
+    let glass = b.absorbing(1.5, Rgb::new(0.2, 0.4, 0.6));
     b.sphere(DVec3::new(0.0, 1.1, 0.0), 0.8, glass);
     let lamp = b.lamp(2.0);
     b.sphere(DVec3::new(0.2, 1.1, 0.0), 0.4, lamp);
@@ -315,12 +295,7 @@ pub fn light_in_glass() -> Builder {
 pub fn light_across_a_boundary() -> Builder {
     let mut b = Builder::default();
     stage(&mut b);
-    let glass = b.material(Scattering::Dielectric {
-        inside: Medium { ior: 1.5, absorption: Rgb::new(0.5, 1.0, 2.0) },
-        outside: Medium::VACUUM,
-        roughness: 0.0,
-        tint: Rgb::ONE,
-    });
+    let glass = b.absorbing(1.5, Rgb::new(0.5, 1.0, 2.0));
     b.cuboid(Vec3::new(-1.0, 0.3, -0.6), Vec3::new(1.0, 1.1, 0.6), false, glass);
     let lamp = b.lamp(2.0);
     b.cuboid(Vec3::new(-0.3, 0.7, -0.2), Vec3::new(0.3, 1.7, 0.2), false, lamp);
@@ -334,12 +309,7 @@ pub fn light_across_a_boundary() -> Builder {
 /// a ball before it.
 pub fn orthographic() -> Builder {
     let mut b = rough_glass();
-    let murky = b.material(Scattering::Dielectric {
-        inside: Medium { ior: 1.2, absorption: Rgb::new(0.5, 1.0, 2.0) },
-        outside: Medium::VACUUM,
-        roughness: 0.0,
-        tint: Rgb::ONE,
-    });
+    let murky = b.absorbing(1.2, Rgb::new(0.5, 1.0, 2.0));
     let film = DVec3::from(FROM).as_vec3();
     b.cuboid(film + Vec3::new(0.25, -2.0, -0.75), film + Vec3::new(2.0, 2.0, 0.75), false, murky);
     let near = b.diffuse(0.8);
