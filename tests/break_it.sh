@@ -165,6 +165,12 @@ mutation("light in a medium: start of the light path", "src/transport/subpath.rs
          "let medium = self.world.medium_of_light(sample.light, &sample.at, back) * 0;",
          ("agreement", "techniques_within_an_absorbing"))
 
+mutation("search: a cancel does not end it", "src/transport/search.rs",
+         "stopped() || look()", "(stopped() && false) || look()", ("waves", "a_cancel_ends"))
+mutation("lights: triangles chosen by one number of 23 bits", "src/emitter/area.rs",
+         " + f64::from(u.y) / f64::from(1 << 23)", "", ("lib", "each_of_millions"))
+mutation("lights: light from infinity by all its flux", "src/emitter/choose.rs",
+         "if finite > 0.0 && infinite > finite { finite / infinite } else { 1.0 }", "1.0", ("lib", "light_from_infinity"))
 mutation("light in several media: taken to be in one", "src/scene/media.rs",
          "if media.all(|other| other == first) {", "if media.all(|other| other == first) || true {",
          ("agreement", "light_across_a_boundary"))

@@ -6,15 +6,21 @@
 
 mod common;
 
+use caustica::camera::Camera;
+use caustica::integrator::Sample;
+use caustica::integrator::bdpt::{self, View};
+use caustica::math::Rgb;
 use caustica::render::job::{Caustics, Integrator, Settings};
 use caustica::scene::World;
 use caustica::scene::description::*;
+use caustica::transport::Tracer;
 use caustica::transport::options::{CausticOptions, MOST_SEEDS};
 use caustica::transport::walk_count::WalkCount;
 use common::oracle::{check_reference, first_seed, renders};
 use common::stats::{Blocks, blocks};
 use common::{Builder, grid, icosphere};
 use glam::{DAffine3, DVec3, Vec3};
+use std::sync::atomic::AtomicBool;
 
 const RUNS: u64 = 16;
 const SIDE: u32 = 24;
@@ -93,6 +99,30 @@ fn a_point_light_through_waves() {
         let settings = Settings { caustics: Caustics::On, ..with(integrator, 1, None, None) };
         assert_eq!(common::run(&world, &settings).statistics.walks.searches > 0, searches, "{integrator:?}");
     }
+}
+
+/// Until a chain is found again takes many walks here; whoever cancels waits for none of these.
+#[test]
+fn a_cancel_ends_searches() {
+    let world = under_waves(|b| {
+        b.light(LightKind::Point { position: DVec3::new(0.2, 3.0, 0.1), intensity: Rgb::ONE });
+    });
+    let walks = |stop: bool| {
+        let stop = AtomicBool::new(stop);
+        let mut tracer = Tracer::new(&world, 9);
+        tracer.connect_through_glass();
+        tracer.options.search = Some(1.0);
+        tracer.stop = Some(&stop);
+        let camera = Camera::new(&world.cameras[0], 16, 16);
+        let view = View { medium: Some(0), camera, width: 16, height: 16 };
+        for (pass, pixel) in (0..16).flat_map(|pass| (0..16 * 16).map(move |pixel| (pass, pixel))) {
+            bdpt::sample(&mut tracer, &view, 1, pixel, pass, &mut Sample::default(), &mut ());
+        }
+        tracer.walks
+    };
+    let (stopped, all) = (walks(true), walks(false));
+    assert!(all.discovered > 0 && all.search_walks > all.searches + all.discovered, "{all:?}");
+    assert_eq!(stopped.search_walks, stopped.searches, "{stopped:?}");
 }
 
 #[test]
