@@ -11,7 +11,7 @@
 use caustica::geometry::Ray;
 use caustica::intersect::{Backend, Hit, Intersector};
 use caustica::io::gltf;
-use caustica::render::job::{Cancel, Caustics, Integrator, Settings, render};
+use caustica::render::{Cancel, Caustics, Integrator, Settings, render};
 use caustica::scene::{CommitOptions, World};
 use std::hint::black_box;
 use std::path::Path;
@@ -177,7 +177,7 @@ fn measure_walks(name: &str) {
     let closest = std::mem::take(&mut *closest.lock().expect("one thread"));
     let plain = world(&scene, Backend::default());
     let embree = caustica::intersect::embree::Embree::build(&plain.shapes, 1).expect("Embree");
-    let mut best: Option<caustica::render::job::Statistics> = None;
+    let mut best: Option<caustica::render::Statistics> = None;
     let [raw, _] = fastest([&mut || _ = black_box(embree.bench_raw_closest(&closest)), &mut || {
         let statistics = run(&plain);
         if best.as_ref().is_none_or(|b| statistics.render_seconds < b.render_seconds) {

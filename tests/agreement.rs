@@ -10,7 +10,7 @@
 
 mod common;
 
-use caustica::render::job::{Integrator, Settings, Technique, TechniqueImages};
+use caustica::render::{Integrator, Settings, Technique, TechniqueImages};
 use common::oracle::{check_integrators, check_paired_blocks, first_seed};
 use common::stats::block_means;
 use common::{Builder, run, scenes, settings};

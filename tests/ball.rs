@@ -8,7 +8,7 @@
 
 mod common;
 
-use caustica::render::job::{Caustics, Integrator, Settings};
+use caustica::render::{Caustics, Integrator, Settings};
 use caustica::scene::World;
 use caustica::scene::description::*;
 use caustica::transport::options::CausticOptions;

@@ -175,7 +175,7 @@ mutation("light in several media: taken to be in one", "src/scene/media.rs",
          "if media.all(|other| other == first) {", "if media.all(|other| other == first) || true {",
          ("agreement", "light_across_a_boundary"))
 
-mutation("camera: a film in several media taken to be in one", "src/render/job.rs",
+mutation("camera: a film in several media taken to be in one", "src/render/samples.rs",
          "pinhole || !world.requirements.media || ", "true || ", ("agreement", "parallel"))
 mutation("commit: shapes of before, whatever there is now", "src/scene/world.rs",
          "world.shapes_hash == hash.shapes && ", "", ("job", "a_commit_shares"))

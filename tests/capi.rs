@@ -7,7 +7,7 @@ use capi_header::Header;
 use caustica::capi;
 use caustica::io::gltf;
 use caustica::math::Rgb;
-use caustica::render::job::{self, Cancel, Settings};
+use caustica::render::{self, Cancel, Settings};
 use caustica::scene::{CommitOptions, World, description::*};
 use glam::{DAffine3, DMat3, DVec3};
 use std::collections::{BTreeMap, BTreeSet};
@@ -293,7 +293,7 @@ fn a_host_can_rely_on_the_rules_whatever_its_compiler_flags() {
 fn mean_luminance(description: &Description) -> f64 {
     let world = World::commit(description, CommitOptions::default()).unwrap();
     let settings = Settings { width: 128, height: 96, samples: 16, seed: 7, ..Settings::default() };
-    let output = job::render(&world, &settings, &Cancel::default(), &|_| {}).unwrap();
+    let output = render::render(&world, &settings, &Cancel::default(), &|_| {}).unwrap();
     let sum: f64 =
         output.image.pixels.iter().map(|p| 0.2126 * p.x as f64 + 0.7152 * p.y as f64 + 0.0722 * p.z as f64).sum();
     sum / (96.0 * 128.0)

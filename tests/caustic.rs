@@ -4,8 +4,7 @@
 mod common;
 
 use caustica::math::Rgb;
-use caustica::render::Image;
-use caustica::render::job::{Caustics, Integrator, Settings};
+use caustica::render::{Caustics, Image, Integrator, Settings};
 use caustica::scene::World;
 use caustica::scene::description::*;
 use caustica::transport::options::MOST_SEEDS;

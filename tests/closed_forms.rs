@@ -9,7 +9,7 @@
 mod common;
 
 use caustica::math::{Rgb, luminance};
-use caustica::render::job::{Integrator, Settings};
+use caustica::render::{Integrator, Settings};
 use caustica::scene::description::*;
 use common::oracle::{BIAS_LIMIT, check_bias, first_seed, renders};
 use common::stats::{blocks, mean_and_error};

@@ -5,7 +5,7 @@ mod common;
 
 use caustica::io::gltf;
 use caustica::math::{Sampler, Stream};
-use caustica::render::job::{Cancel, Integrator, render};
+use caustica::render::{Cancel, Integrator, render};
 use caustica::scene::{CommitOptions, World};
 use common::settings;
 use std::path::{Path, PathBuf};

@@ -10,7 +10,7 @@ mod common;
 use caustica::camera::Endpoint;
 use caustica::geometry::Ray;
 use caustica::math::{Rgb, luminance};
-use caustica::render::job::{Caustics, Integrator, Settings};
+use caustica::render::{Caustics, Integrator, Settings};
 use caustica::scene::description::*;
 use caustica::scene::{CommitOptions, SceneError, World};
 use caustica::transport::options::CausticOptions;

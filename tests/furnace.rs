@@ -11,7 +11,7 @@ mod common;
 
 use caustica::io::gltf;
 use caustica::math::Rgb;
-use caustica::render::job::{Integrator, Settings};
+use caustica::render::{Integrator, Settings};
 use caustica::scene::description::*;
 use caustica::scene::{CommitOptions, World};
 use common::oracle::{BIAS_LIMIT, channel_means, check_bias, first_seed, renders};

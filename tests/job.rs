@@ -5,10 +5,8 @@ mod common;
 
 use caustica::intersect::Backend;
 use caustica::math::Rgb;
-use caustica::render::job::{
-    Cancel, Integrator, Progress, RenderError, Settings, TechniqueImages, render, render_shown,
-};
 use caustica::render::preview::Preview;
+use caustica::render::{Cancel, Integrator, Progress, RenderError, Settings, TechniqueImages, render, render_shown};
 use caustica::scene::description::Geometry;
 use caustica::scene::{CommitOptions, World};
 use common::{Builder, settings};

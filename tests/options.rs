@@ -5,7 +5,7 @@
 
 mod common;
 
-use caustica::render::job::{Cancel, Caustics, Integrator, RenderError, Settings, render};
+use caustica::render::{Cancel, Caustics, Integrator, RenderError, Settings, render};
 use caustica::scene::{CommitOptions, World};
 use caustica::transport::options::{CausticOptions, Check, GeometryTerm, LAMP_SEARCH, MOST_SEEDS};
 use caustica::transport::roulette::Roulette;

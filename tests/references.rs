@@ -9,8 +9,7 @@ mod common;
 
 use caustica::io::{gltf, image};
 use caustica::math::luminance;
-use caustica::render::Image;
-use caustica::render::job::{Caustics, Integrator, Settings};
+use caustica::render::{Caustics, Image, Integrator, Settings};
 use caustica::scene::{CommitOptions, World};
 use common::oracle::{BIAS_LIMIT, channel_means, check_bias, check_reference, renders};
 use common::stats::{Blocks, block_means, blocks};

@@ -10,7 +10,7 @@ use caustica::camera::Camera;
 use caustica::integrator::Sample;
 use caustica::integrator::bdpt::{self, View};
 use caustica::math::Rgb;
-use caustica::render::job::{Caustics, Integrator, Settings};
+use caustica::render::{Caustics, Integrator, Settings};
 use caustica::scene::World;
 use caustica::scene::description::*;
 use caustica::transport::Tracer;

@@ -3,7 +3,7 @@
 use crate::measure::{Budget, Estimate, Method, Reference};
 use crate::report::{Report, number};
 use crate::{Options, SEED, Scene};
-use caustica::render::job::{Caustics, Integrator};
+use caustica::render::{Caustics, Integrator};
 use caustica::transport::options::{CausticOptions, Check, FEW, GeometryTerm, MOST_SEEDS};
 use caustica::transport::roulette::Roulette;
 use std::fmt::Write;

@@ -1,8 +1,7 @@
 //! References, caustic regions, and what an integrator reaches in them.
 
 use caustica::io::gltf;
-use caustica::render::Image;
-use caustica::render::job::{Cancel, Caustics, Integrator, Output, Settings, render};
+use caustica::render::{Cancel, Caustics, Image, Integrator, Output, Settings, render};
 use caustica::scene::{CommitOptions, World};
 use caustica::transport::options::CausticOptions;
 use glam::DVec3;

@@ -3,7 +3,7 @@
 use crate::measure::{Budget, Estimate, Method, Reference, Subject};
 use crate::report::{Report, number};
 use crate::{Options, SEED, Scene, plot, strip};
-use caustica::render::job::{Forecast, Output, Statistics};
+use caustica::render::{Forecast, Output, Statistics};
 use caustica::transport::walk_count::REASONS;
 use std::fmt::Write;
 

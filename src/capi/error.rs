@@ -4,7 +4,7 @@
 use super::device::DevicePointer;
 use super::guard;
 use super::pointer::{OutStruct, Sized32};
-use crate::render::job::RenderError;
+use crate::render::RenderError;
 use crate::scene::SceneError;
 use std::cell::RefCell;
 use std::ffi::c_char;

@@ -7,8 +7,7 @@ use super::handle::Handle;
 use super::pointer::{In, Sized32};
 use super::render::Render;
 use crate::math::Rgb;
-use crate::render::Image;
-use crate::render::job::Output;
+use crate::render::{Image, Output};
 use std::ffi::{c_char, c_void};
 use std::sync::Arc;
 
@@ -73,9 +72,9 @@ pub struct Statistics {
     pub walk_iterations: u64,
     /// Walks that roulette spared.
     pub spared_walks: u64,
-    /// See [`crate::render::job::Forecast`]; NaN without.
+    /// See [`crate::render::Forecast`]; NaN without.
     pub forecast_variance: f32,
-    /// See [`crate::render::job::Forecast`]; NaN without.
+    /// See [`crate::render::Forecast`]; NaN without.
     pub forecast_work: f32,
     /// Samples that were NaN or infinite.
     pub non_finite: u64,
@@ -99,9 +98,9 @@ pub struct Statistics {
     pub caustics: u32,
     /// Whether light subpaths were aimed at glass.
     pub aimed: u32,
-    /// See [`crate::render::job::Forecast`], of aiming; NaN without.
+    /// See [`crate::render::Forecast`], of aiming; NaN without.
     pub aim_forecast_variance: f32,
-    /// See [`crate::render::job::Forecast`], of aiming; NaN without.
+    /// See [`crate::render::Forecast`], of aiming; NaN without.
     pub aim_forecast_work: f32,
     /// Light subpaths per sample.
     pub light_subpaths: f32,

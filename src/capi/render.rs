@@ -12,9 +12,8 @@ use super::options::CausticOptions;
 use super::pixels::Statistics;
 use super::pointer::{In, Out, OutStruct, Sized32};
 use super::scene::{Scene, Snapshot};
-use crate::render::Image;
-use crate::render::job::{self, Cancel, Caustics, Integrator, Output, Settings};
 use crate::render::preview::Preview;
+use crate::render::{self, Cancel, Caustics, Image, Integrator, Output, Settings};
 use std::ffi::c_void;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
@@ -133,7 +132,7 @@ pub struct Render {
     id: u64,
     cancel: Cancel,
     preview: Preview,
-    latest: Mutex<job::Progress>,
+    latest: Mutex<render::Progress>,
     finished: Mutex<Option<Arc<Finished>>>,
     over: Condvar,
     thread: Mutex<Option<JoinHandle<()>>>,
@@ -151,7 +150,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 impl Render {
     fn new(id: u64) -> Render {
-        let start = job::Progress { fraction: 0.0, samples: 0, rays: 0, elapsed: Duration::ZERO, noise: f32::NAN };
+        let start = render::Progress { fraction: 0.0, samples: 0, rays: 0, elapsed: Duration::ZERO, noise: f32::NAN };
         Render {
             id,
             cancel: Cancel::default(),
@@ -210,7 +209,7 @@ impl Render {
 
     /// Renders on this thread and publishes what came of it as its last act.
     fn run(&self, request: Request, messages: Option<&Messages>) {
-        let progress = |progress: job::Progress| {
+        let progress = |progress: render::Progress| {
             *lock(&self.latest) = progress;
             if !request.report(&progress) {
                 self.cancel.cancel();
@@ -218,7 +217,7 @@ impl Render {
         };
         let result = guard::catch(|| {
             let (world, settings) = (&request.snapshot.world, &request.settings);
-            job::render_shown(world, settings, &self.cancel, &progress, &self.preview).map_err(Failure::from)
+            render::render_shown(world, settings, &self.cancel, &progress, &self.preview).map_err(Failure::from)
         });
         let result = result.map_err(|failure| failure.object_if_none(OBJECT_RENDER, self.id, ""));
         if let (Err(failure), Some(messages)) = (&result, messages) {
@@ -247,7 +246,7 @@ struct Request {
 
 impl Request {
     /// Tells the host; false if it wants no more.
-    fn report(&self, progress: &job::Progress) -> bool {
+    fn report(&self, progress: &render::Progress) -> bool {
         let Some(callback) = self.progress else {
             return true;
         };
@@ -257,7 +256,7 @@ impl Request {
     }
 }
 
-fn to_host(progress: &job::Progress, state: u32) -> Progress {
+fn to_host(progress: &render::Progress, state: u32) -> Progress {
     Progress {
         struct_size: size_of::<Progress>() as u32,
         state,

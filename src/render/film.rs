@@ -1,6 +1,6 @@
 //! The film: camera-side sums and the light image, kept apart until they are averaged.
 
-use super::{Image, job::RenderError};
+use super::{Image, RenderError};
 use crate::math::{Rgb, luminance};
 use glam::{DVec3, Vec3};
 

@@ -1,13 +1,21 @@
 //! Running a render: settings, threads, progress, cancel, film.
 
 pub mod compare;
+mod error;
 pub mod film;
 pub mod image;
-pub mod job;
+mod job;
 mod moments;
+mod output;
 pub mod passes;
 mod pilot;
 pub mod pixel;
 pub mod preview;
+mod samples;
+mod settings;
 
+pub use error::RenderError;
 pub use image::Image;
+pub use job::{Cancel, Progress, render, render_shown};
+pub use output::{Forecast, Output, Statistics, Technique, TechniqueImages};
+pub use settings::{Caustics, Integrator, LARGEST_DEPTH, LARGEST_SIDE, Settings};

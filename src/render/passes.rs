@@ -3,7 +3,7 @@
 //! do not depend on who computed what and when.
 
 use super::film::Film;
-use super::job::{Output, RenderError, Settings, Statistics, Technique, TechniqueImages};
+use super::{Output, RenderError, Settings, Statistics, Technique, TechniqueImages};
 use crate::integrator::{Sample, Splat};
 use crate::math::Rgb;
 use crate::render::Image;

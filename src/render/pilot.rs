@@ -6,8 +6,8 @@
 //! Caustics alone are looked at for all but the last: they are what all this is for, and a small part of most pictures'
 //! variance. Fewer light subpaths must not cost the rest of the picture either.
 
-use super::job::{self, Cancel, Caustics, Forecast, Integrator, RenderError, Settings};
 use super::moments::{self, Moments, NUMBERS, Paths};
+use super::{Cancel, Caustics, Forecast, Integrator, RenderError, Settings, samples};
 use crate::integrator::Sample;
 use crate::integrator::bdpt::{self, View};
 use crate::pool;
@@ -211,7 +211,7 @@ impl Samples {
         let next = AtomicU32::new(0);
         let threads = pool::thread_count(settings.threads).min(groups.len());
         pool::broadcast(threads, |_| {
-            let mut tracer = job::tracer(world, view, settings, pilot);
+            let mut tracer = samples::tracer(world, view, settings, pilot);
             tracer.stop = Some(&host.cancel.0);
             tracer.trials = threshold.map(|_| Vec::new());
             loop {
@@ -336,7 +336,7 @@ fn threshold(settings: &Settings) -> Option<f32> {
 
 /// Draws the samples, if anything depends on them: a function of scene, view, seed and settings.
 pub(super) fn look(world: &World, view: &View, settings: &Settings, host: &Host) -> Result<Pilot, RenderError> {
-    let connects = job::connects_through_glass(world, settings);
+    let connects = samples::connects_through_glass(world, settings);
     let bidirectional = settings.integrator == Integrator::Bdpt;
     // Where a light cannot be hit, the connections may find what nothing else does.
     let decides = bidirectional

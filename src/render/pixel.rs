@@ -1,14 +1,14 @@
 //! Single samples of a render, for looking at their paths.
 
-use super::job::{self, Cancel, Integrator, RenderError, Settings};
 use super::pilot;
+use super::{Cancel, Integrator, RenderError, Settings, samples, settings};
 use crate::integrator::bdpt::View;
 use crate::integrator::{Observer, Sample};
 use crate::scene::World;
 use crate::transport::Tracer;
 use crate::transport::walk_count::WalkCount;
 
-/// Draws samples as [`job::render`] with the same settings draws them, bit for bit.
+/// Draws samples as [`super::render`] with the same settings draws them, bit for bit.
 pub struct Probe<'w> {
     tracer: Tracer<'w>,
     view: View,
@@ -18,14 +18,14 @@ pub struct Probe<'w> {
 impl<'w> Probe<'w> {
     /// For all integrators but the path tracer, which shows no paths.
     pub fn new(world: &'w World, settings: &Settings) -> Result<Probe<'w>, RenderError> {
-        job::validate(world, settings)?;
+        settings::validate(world, settings)?;
         if settings.integrator == Integrator::Path {
             return RenderError::setting("integrator", "path", "one of light, mnee and bdpt was expected");
         }
-        let view = job::view(world, settings);
+        let view = samples::view(world, settings);
         let host = pilot::Host { cancel: &Cancel::default(), report: &|| {} };
         let pilot = pilot::look(world, &view, settings, &host)?;
-        let tracer = job::tracer(world, &view, settings, &pilot);
+        let tracer = samples::tracer(world, &view, settings, &pilot);
         Ok(Probe { tracer, view, settings: settings.clone() })
     }
 
@@ -37,7 +37,7 @@ impl<'w> Probe<'w> {
             return RenderError::setting("pixel", format!("({x}, {y})"), expected);
         }
         let mut sample = Sample::default();
-        job::estimate(&mut self.tracer, &self.view, &self.settings, y * width + x, index, &mut sample, observer);
+        samples::estimate(&mut self.tracer, &self.view, &self.settings, y * width + x, index, &mut sample, observer);
         Ok(sample)
     }
 

@@ -1,7 +1,7 @@
 //! The image of a render that still runs.
 
 use super::Image;
-use super::job::RenderError;
+use super::RenderError;
 use super::passes::Passes;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 

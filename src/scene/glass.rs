@@ -77,6 +77,12 @@ impl Glass {
         &self.bodies
     }
 
+    /// Bytes.
+    pub(super) fn memory(&self) -> u64 {
+        let tree = self.tree.as_ref().map_or(0, |(tree, order)| tree.memory() + size_of_val(&order[..]) as u64);
+        size_of_val(&self.bodies[..]) as u64 + tree
+    }
+
     /// What is known of a shape, if it is one of these.
     pub fn body(&self, shape: u32) -> Option<&Refractor> {
         self.bodies.binary_search_by_key(&shape, |r| r.shape).ok().map(|i| &self.bodies[i])

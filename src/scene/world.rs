@@ -215,7 +215,7 @@ impl World {
                 Shape::Sphere(_) => size_of::<Sphere>(),
             })
             .sum();
-        geometry as u64 + self.intersector.memory()
+        geometry as u64 + self.intersector.memory() + self.glass.memory()
     }
 
     /// The compiled material of a shape.

@@ -6,7 +6,7 @@ pub mod scenes;
 pub mod stats;
 
 use caustica::math::Rgb;
-use caustica::render::job::{Cancel, Caustics, Integrator, Output, Settings, render};
+use caustica::render::{Cancel, Caustics, Integrator, Output, Settings, render};
 use caustica::scene::description::*;
 use caustica::scene::{CommitOptions, World};
 use glam::{DAffine3, DVec3, Vec3};

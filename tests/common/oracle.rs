@@ -6,8 +6,7 @@
 //! 5 % at most.
 
 use super::stats::{Blocks, block_means, check_normal, mean_and_error, z_scores};
-use caustica::render::Image;
-use caustica::render::job::{Integrator, Settings};
+use caustica::render::{Image, Integrator, Settings};
 use caustica::scene::World;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use std::ops::Range;

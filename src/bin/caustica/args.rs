@@ -2,7 +2,7 @@
 
 use crate::{Failure, scene};
 use caustica::intersect::Backend;
-use caustica::render::job::{Caustics, Integrator, Settings};
+use caustica::render::{Caustics, Integrator, Settings};
 use caustica::scene::description::Camera;
 use caustica::transport::options::{CausticOptions, Check, GeometryTerm, LARGEST_AIM, MOST_ITERATIONS, MOST_SEEDS};
 use caustica::transport::roulette::Roulette;

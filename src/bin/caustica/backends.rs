@@ -8,7 +8,7 @@ use caustica::geometry::Ray;
 use caustica::intersect::{self, Backend};
 use caustica::math::{Frame, Sampler, Stream, warp};
 use caustica::render::compare as images;
-use caustica::render::job::{self, Cancel, Output, Settings};
+use caustica::render::{self, Cancel, Output, Settings};
 use caustica::scene::{CommitOptions, World};
 use glam::Vec3;
 use std::fmt::Write;
@@ -74,7 +74,7 @@ pub(crate) fn run(args: &Backends) -> Result<(), Failure> {
 
 fn render(world: &World, settings: &Settings) -> Result<Output, Failure> {
     let meter = Meter::new(false);
-    let output = job::render(world, settings, &Cancel::default(), &|progress| meter.report(progress))?;
+    let output = render::render(world, settings, &Cancel::default(), &|progress| meter.report(progress))?;
     meter.finish();
     Ok(output)
 }

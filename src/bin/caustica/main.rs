@@ -16,7 +16,7 @@ mod units;
 mod walks;
 
 use args::{Cli, Command};
-use caustica::render::job::RenderError;
+use caustica::render::RenderError;
 use clap::Parser;
 use std::process::ExitCode;
 

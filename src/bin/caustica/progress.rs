@@ -1,7 +1,7 @@
 //! How far a render is: a bar on a terminal, nothing elsewhere.
 
 use crate::units;
-use caustica::render::job::Progress;
+use caustica::render::Progress;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
 use std::sync::Mutex;

@@ -6,9 +6,8 @@ use crate::progress::{self, Meter};
 use crate::{Failure, INTERRUPTED, scene, units, walks};
 use caustica::io::image::{self, ImageIo, Metadata, WriteOptions};
 use caustica::math::luminance;
-use caustica::render::Image;
-use caustica::render::job::{
-    self, Cancel, Forecast, Integrator, Output, Settings, Statistics, Technique, TechniqueImages,
+use caustica::render::{
+    self, Cancel, Forecast, Image, Integrator, Output, Settings, Statistics, Technique, TechniqueImages,
 };
 use caustica::scene::CommitOptions;
 use clap::CommandFactory;
@@ -49,7 +48,7 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
 
     let meter = Meter::new(args.quiet);
     let cancel = until_interrupted()?;
-    let output = job::render(&world, &settings, &cancel, &|progress| meter.report(progress))?;
+    let output = render::render(&world, &settings, &cancel, &|progress| meter.report(progress))?;
     let noise = meter.finish().and_then(|last| progress::noise(last.noise));
     if output.cancelled && output.statistics.samples == 0 {
         return Err(Interrupted { samples: 0 }.into());

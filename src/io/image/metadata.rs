@@ -1,7 +1,7 @@
 //! What a file says about how its pixels were made.
 
 use super::Failure;
-use crate::render::job::{Settings, Statistics};
+use crate::render::{Settings, Statistics};
 
 /// Who made the file.
 pub(super) const SOFTWARE: &str = concat!("caustica ", env!("CARGO_PKG_VERSION"));

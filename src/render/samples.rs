@@ -1,0 +1,78 @@
+//! One sample of one pixel, as a request wants it: its camera, its tracer, its integrator.
+
+use super::pilot::Pilot;
+use super::{Caustics, Integrator, Settings};
+use crate::camera::{Camera, Endpoint};
+use crate::integrator::bdpt::{self, View};
+use crate::integrator::{Observer, Sample, light};
+use crate::math::pixel_position;
+use crate::scene::World;
+use crate::transport::Tracer;
+use glam::Vec2;
+
+pub(super) fn connects_through_glass(world: &World, settings: &Settings) -> bool {
+    world.requirements.caustics
+        && match settings.integrator {
+            Integrator::Path | Integrator::Light => false,
+            Integrator::Mnee => true,
+            Integrator::Bdpt => settings.caustics != Caustics::Off,
+        }
+}
+
+/// Points at which the film of a parallel projection is asked for its medium. A corner of a few thousandths of it can be
+/// missed.
+const FILM_PROBES: u32 = 1024;
+
+/// The camera of a validated request.
+pub(super) fn view(world: &World, settings: &Settings) -> View {
+    let camera = Camera::new(&world.cameras[settings.camera], settings.width, settings.height);
+    let (width, height) = (settings.width, settings.height);
+    let at = |i| world.medium_at(camera.generate(pixel_position(0, 0, i) * Vec2::new(width as f32, height as f32)).0);
+    let first = at(0);
+    let pinhole = matches!(camera.endpoint(), Endpoint::Point(_));
+    let one = pinhole || !world.requirements.media || (1..FILM_PROBES).all(|i| at(i) == first);
+    View { medium: one.then_some(first), camera, width, height }
+}
+
+/// A worker's tracer.
+pub(super) fn tracer<'w>(world: &'w World, view: &View, settings: &Settings, pilot: &Pilot) -> Tracer<'w> {
+    let mut tracer = Tracer::new(world, settings.max_depth);
+    tracer.light_subpaths = pilot.light_subpaths;
+    if pilot.connects {
+        tracer.connect_through_glass();
+    }
+    // The camera's own path crosses glass before the camera at no cost; only where a light cannot be hit
+    // does the connection find paths that nothing else finds.
+    tracer.camera_caustics = pilot.connects
+        && settings.integrator == Integrator::Bdpt
+        && world.requirements.delta_lights
+        && matches!(view.camera.endpoint(), Endpoint::Point(_));
+    tracer.options = settings.caustic_options;
+    tracer.seeds = pilot.seeds;
+    tracer.search = pilot.search;
+    if settings.integrator == Integrator::Mnee {
+        // As it was published: one chain for each pair of ends.
+        tracer.options.search.get_or_insert(0.0);
+    }
+    if let Some(aim) = &pilot.aim {
+        tracer.aim_at(aim);
+    }
+    tracer.experience = pilot.experience.clone();
+    tracer
+}
+
+/// One sample of a technique-wise integrator.
+pub(super) fn estimate<O: Observer>(
+    tracer: &mut Tracer,
+    view: &View,
+    settings: &Settings,
+    pixel: u32,
+    pass: u32,
+    sample: &mut Sample,
+    observer: &mut O,
+) {
+    match settings.integrator {
+        Integrator::Light => light::sample(tracer, view, settings.seed, pixel, pass, sample, observer),
+        _ => bdpt::sample(tracer, view, settings.seed, pixel, pass, sample, observer),
+    }
+}

@@ -1,0 +1,178 @@
+//! What to render and how long.
+
+use super::RenderError;
+use crate::scene::World;
+use crate::transport::options::{
+    CausticOptions, Check, GeometryTerm, LARGEST_AIM, LARGEST_TOLERANCE, LEAST_LIGHT_SUBPATHS, LEAST_TOLERANCE,
+    MOST_ITERATIONS, MOST_LIGHT_SUBPATHS, MOST_SEEDS,
+};
+use crate::transport::roulette::Roulette;
+use std::time::Duration;
+
+/// Which estimator of the image.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Integrator {
+    /// Path tracing with next-event estimation.
+    Path,
+    /// Light tracing.
+    Light,
+    /// Path tracing with manifold next-event estimation (Hanika et al. 2015).
+    Mnee,
+    /// Bidirectional path tracing (Veach 1997, ch. 10), with caustic connections (Speierer et al. 2018)
+    /// unless they are switched off.
+    #[default]
+    Bdpt,
+}
+
+/// What to render and how long.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// Estimator.
+    pub integrator: Integrator,
+    /// Pixels.
+    pub width: u32,
+    /// Pixels.
+    pub height: u32,
+    /// Index into the scene's cameras.
+    pub camera: usize,
+    /// Samples per pixel; with a time limit, at most so many.
+    pub samples: u32,
+    /// Stop at the end of the pass that is running at this time.
+    pub time_limit: Option<Duration>,
+    /// Longest path, in segments; 1 is light seen directly.
+    pub max_depth: u32,
+    /// Selects the random numbers.
+    pub seed: u64,
+    /// Worker threads; 0 for as many as the process may use.
+    pub threads: usize,
+    /// Whether the bidirectional path tracer connects through glass.
+    pub caustics: Caustics,
+    /// How it does.
+    pub caustic_options: CausticOptions,
+    /// Leave out all paths but caustic ones, see [`crate::integrator::Contribution::is_caustic`].
+    pub caustics_only: bool,
+    /// Also keep images per technique (s, t).
+    pub per_technique: bool,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            integrator: Integrator::default(),
+            width: 512,
+            height: 512,
+            camera: 0,
+            samples: 64,
+            time_limit: None,
+            max_depth: 12,
+            seed: 0,
+            threads: 0,
+            caustics: Caustics::Auto,
+            caustic_options: CausticOptions::default(),
+            caustics_only: false,
+            per_technique: false,
+        }
+    }
+}
+
+impl Settings {
+    /// The settings that change an image beside its samples and seed, for its metadata.
+    pub fn describe(&self) -> String {
+        let integrator = match (self.integrator, self.caustics) {
+            (Integrator::Path, _) => "path",
+            (Integrator::Light, _) => "light",
+            (Integrator::Mnee, _) => "mnee",
+            (Integrator::Bdpt, Caustics::Auto) => "bdpt caustics=auto",
+            (Integrator::Bdpt, Caustics::On) => "bdpt caustics=on",
+            (Integrator::Bdpt, Caustics::Off) => "bdpt caustics=off",
+        };
+        let only = if self.caustics_only { " caustics-only" } else { "" };
+        let how = match self.caustic_options {
+            options if options == CausticOptions::default() => String::new(),
+            options => format!(" {options:?}"),
+        };
+        format!("integrator={integrator} max-depth={}{only}{how}", self.max_depth)
+    }
+}
+
+/// Whether the bidirectional path tracer makes caustic connections.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Caustics {
+    /// Where a few samples before the render forecast that they pay. Always with delta lights, of which they
+    /// may find light that nothing else finds, and for images per technique or of caustics alone.
+    #[default]
+    Auto,
+    /// Always.
+    On,
+    /// Never.
+    Off,
+}
+
+/// Largest side of an image, pixels.
+pub const LARGEST_SIDE: u32 = 1 << 16;
+
+/// Longest path, in segments.
+pub const LARGEST_DEPTH: u32 = 1024;
+
+pub(super) fn validate(world: &World, settings: &Settings) -> Result<(), RenderError> {
+    for (setting, value, high) in [
+        ("width", settings.width, LARGEST_SIDE),
+        ("height", settings.height, LARGEST_SIDE),
+        ("samples", settings.samples, u32::MAX),
+        ("max_depth", settings.max_depth, LARGEST_DEPTH),
+    ] {
+        if value < 1 || value > high {
+            return RenderError::setting(setting, value, format!("a number from 1 to {high} was expected"));
+        }
+    }
+    if settings.width as u64 * settings.height as u64 > u32::MAX as u64 {
+        let size = format!("{}x{}", settings.width, settings.height);
+        return RenderError::setting("size", size, "fewer than 2^32 pixels were expected");
+    }
+    if settings.camera >= world.cameras.len() {
+        let expected = format!("the scene has {} cameras", world.cameras.len());
+        return RenderError::setting("camera", settings.camera, expected);
+    }
+    let CausticOptions { geometry_term, check, walk, seeds, search, roulette, aim, light_subpaths, max_iterations } =
+        settings.caustic_options;
+    if !(LEAST_TOLERANCE..=LARGEST_TOLERANCE).contains(&walk.tolerance) {
+        let expected = format!("{LEAST_TOLERANCE:e} to {LARGEST_TOLERANCE:e} radians were expected");
+        return RenderError::setting("walk tolerance", walk.tolerance, expected);
+    }
+    if let Some(n) = max_iterations.filter(|n| !(1..=MOST_ITERATIONS).contains(n)) {
+        return RenderError::setting(
+            "walk iterations",
+            n,
+            format!("a number from 1 to {MOST_ITERATIONS} was expected"),
+        );
+    }
+    if let Roulette::Contribution(threshold) = roulette
+        && !(threshold > 0.0 && threshold.is_finite())
+    {
+        return RenderError::setting("roulette threshold", threshold, "a finite number above 0 was expected");
+    }
+    if let Some(share) = aim.filter(|share| !(0.0..=LARGEST_AIM).contains(share)) {
+        return RenderError::setting("aim", share, format!("a share from 0 to {LARGEST_AIM} was expected"));
+    }
+    if let Some(number) = light_subpaths.filter(|n| !(LEAST_LIGHT_SUBPATHS..=MOST_LIGHT_SUBPATHS).contains(n)) {
+        let expected = format!("a number from {LEAST_LIGHT_SUBPATHS} to {MOST_LIGHT_SUBPATHS} was expected");
+        return RenderError::setting("light subpaths", number, expected);
+    }
+    if let Some(n) = seeds.filter(|n| !(1..=MOST_SEEDS).contains(n)) {
+        return RenderError::setting("seeds", n, format!("a number from 1 to {MOST_SEEDS} was expected"));
+    }
+    if let Some(p) = search.filter(|p| !(0.0..=1.0).contains(p)) {
+        return RenderError::setting("search", p, "a probability was expected");
+    }
+    if let Some(p) = search.filter(|p| *p > 0.0 && check != Check::Exact) {
+        return RenderError::setting("search", p, "searches need the exact check");
+    }
+    if check != Check::Exact && geometry_term != GeometryTerm::Direct {
+        let why = "all but the exact check need the direct geometry term";
+        return RenderError::setting("check", format!("{check:?}"), why);
+    }
+    if settings.threads > 4096 {
+        return RenderError::setting("threads", settings.threads, "at most 4096 were expected");
+    }
+    Ok(())
+}
