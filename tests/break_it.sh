@@ -189,13 +189,21 @@ mutation("D / R_m where a camera path hits the light", "src/transport/weight.rs"
          "finite_share(1.0, position * partial.alpha + position * direction * partial.gamma)",
          ("weights", "sphere_light"), ("agreement", "integrators_with_sphere_lights"))
 mutation("choice of a light: probability", "src/emitter/choose.rs",
-         "self.distribution.probability(light as usize).into()",
-         "{ let _ = light; 1.0 / self.distribution.len() as f64 }",
+         "self.emission.probability(light as usize).into()",
+         "{ let _ = light; 1.0 / self.emission.len() as f64 }",
          ("closed_forms", "unequal_lights"))
 mutation("choice of a light: left out of emission", "src/emitter/mod.rs",
-         "(self.probability(light) * l.position_density(), l.direction_density(at, direction, self.aim_of(light)))",
-         "(l.position_density(), l.direction_density(at, direction, self.aim_of(light)))",
+         "(choice * l.position_density(), ", "(choice.signum() * l.position_density(), ",
          ("agreement", "techniques_on_diffuse"))
+mutation("choice of a light for a receiver: probability", "src/emitter/choose.rs",
+         "reception.probability(receiver, light, emission)", "(emission + 0.0 * reception.finite)",
+         ("agreement", "integrators_with_sphere_lights"))
+mutation("choice of a light for a receiver: share of the emission's", "src/emitter/choose.rs",
+         "EMISSION_SHARE * emission + (1.0 - EMISSION_SHARE) * reception.", "0.0 * emission + reception.",
+         ("lib", "light_for_a_receiver"))
+mutation("choice of a light for a receiver: the other node of a pair", "src/emitter/tree.rs",
+         "if i == first { share } else { 1.0 - share }", "if i != first { share } else { 1.0 - share }",
+         ("lib", "two_lights"))
 mutation("spot light: falloff", "src/emitter/mod.rs",
          "let emitted = light.emitted(&at, -wi);", "let emitted = light.emitted(&at, -wi) * 1.01;",
          ("closed_forms", "spot_light"))

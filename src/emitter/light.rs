@@ -112,9 +112,15 @@ impl Light {
         }
     }
 
-    /// Whether it shines from infinity.
-    pub(super) fn infinite(&self) -> bool {
-        matches!(self, Light::Directional(_) | Light::Environment(_))
+    /// Corners of its box; `None` if it shines from infinity.
+    pub(super) fn bounds(&self, shapes: &[Shape]) -> Option<(Vec3, Vec3)> {
+        match self {
+            Light::Mesh(MeshLight { shape, .. }) | Light::Sphere(SphereLight { shape, .. }) => {
+                Some(shapes[*shape as usize].bounds())
+            }
+            Light::Point(_) | Light::Spot(_) => self.position().map(|p| (p, p)),
+            Light::Directional(_) | Light::Environment(_) => None,
+        }
     }
 
     /// Its place, if it is a point.

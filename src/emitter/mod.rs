@@ -9,8 +9,8 @@
 //! numbers that drew them: whichever technique asks for it gets the same bits, and the weights of all
 //! techniques of one path sum to 1.
 //!
-//! Emission and next-event estimation choose a light with the same probabilities (`P` = `P'`): by
-//! power, mixed with a small uniform share.
+//! Emission chooses a light by power, mixed with a small uniform share (`P`); next-event estimation by what arrives at the
+//! receiver, mixed with a share of `P` (`P'`), or with less than two lights at finite places alike.
 
 mod area;
 mod choose;
@@ -22,6 +22,7 @@ mod spot;
 mod surface;
 #[cfg(test)]
 mod tests;
+mod tree;
 
 use crate::camera::Endpoint;
 use crate::geometry::{Aim, Shape, SurfacePoint, Targets};
@@ -114,10 +115,10 @@ impl Lights {
         let mut all = Vec::new();
         let mut powers = Vec::new();
         let mut add = |light: Light| {
-            let (flux, infinite) = (light.power().dot(LUMINANCE), light.infinite());
+            let (flux, place) = (light.power().dot(LUMINANCE), light.bounds(shapes));
             (flux > 0.0).then(|| {
                 all.push(light);
-                powers.push(Power { flux, infinite });
+                powers.push(Power { flux, place });
                 all.len() as u32 - 1
             })
         };
@@ -173,7 +174,7 @@ impl Lights {
         u_light: f32,
         u: Vec2,
     ) -> Option<(u32, Endpoint, f64)> {
-        let light = self.choice.as_ref()?.sample(u_light);
+        let light = self.choice.as_ref()?.sample_for(receiver, u_light);
         let at = self.lights[light as usize].sample_for(shapes, receiver, u)?;
         let direct = self.direct_density(shapes, light, &at, receiver);
         (direct > 0.0).then_some((light, at, direct))
@@ -189,7 +190,7 @@ impl Lights {
     /// Draws a light vertex for a receiver at `receiver`. `None` where that vertex gives no light.
     #[inline]
     pub fn sample_direct(&self, shapes: &[Shape], receiver: Vec3, u_light: f32, u: Vec2) -> Option<DirectSample> {
-        let index = self.choice.as_ref()?.sample(u_light);
+        let index = self.choice.as_ref()?.sample_for(receiver, u_light);
         let light = &self.lights[index as usize];
         let at = light.sample_for(shapes, receiver, u)?;
         let link = Link::between(receiver, &at)?;
@@ -245,7 +246,8 @@ impl Lights {
     /// light `light`.
     #[inline]
     pub fn direct_density(&self, shapes: &[Shape], light: u32, at: &Endpoint, receiver: Vec3) -> f64 {
-        self.probability(light) * self.lights[light as usize].direct_density(shapes, receiver, at)
+        let choice = self.choice.as_ref().map_or(0.0, |c| c.probability_for(receiver, light));
+        choice * self.lights[light as usize].direct_density(shapes, receiver, at)
     }
 
     /// The light index of an emissive shape.
@@ -291,12 +293,6 @@ impl Lights {
         Some((radiance, self.densities(&[], light, &at, -direction, Vec3::ZERO)))
     }
 
-    /// `P`, for emission and next-event estimation alike.
-    #[inline]
-    fn probability(&self, light: u32) -> f64 {
-        self.choice.as_ref().map_or(0.0, |c| c.probability(light))
-    }
-
     /// Where a light's emission goes more often, and what share of it.
     #[inline]
     fn aim_of(&self, light: u32) -> Option<(&Targets, f32)> {
@@ -309,7 +305,8 @@ impl Lights {
     #[inline]
     fn emission_densities(&self, light: u32, at: &Endpoint, direction: Vec3) -> (f64, f64) {
         let l = &self.lights[light as usize];
-        (self.probability(light) * l.position_density(), l.direction_density(at, direction, self.aim_of(light)))
+        let choice = self.choice.as_ref().map_or(0.0, |c| c.probability(light));
+        (choice * l.position_density(), l.direction_density(at, direction, self.aim_of(light)))
     }
 
     /// The densities of light vertex `at` for a path that leaves it along `direction`, and for a

@@ -9,7 +9,7 @@ pub mod warp;
 
 pub use distribution::Discrete;
 pub use frame::Frame;
-pub use sampler::{Sampler, Stream, pixel_position};
+pub use sampler::{Sampler, Stream, mix, pixel_position};
 
 /// Three channels, linear Rec. 709 unless a file's metadata says otherwise.
 pub type Rgb = glam::Vec3;
