@@ -29,11 +29,15 @@
  * Memory in.  Read during the call only, any alignment. A pointer is NULL or valid. Strings are UTF-8
  *             and end with NUL; NULL is the empty string; names have at most 1023 bytes, paths 4095.
  * Memory out. Copied to the host's memory. There is nothing of the library's for the host to free.
+ * No memory.  Meshes, acceleration structures and films that find none give CAUSTICA_ERROR_OUT_OF_MEMORY. Where a few
+ *             kilobytes are missing, the process ends, as Rust programs do.
  * Threads.    Any thread may call any function. Calls on different objects run concurrently; to add to,
  *             remove from, load into, commit or release a scene, to set its environment or to ask for its
  *             cameras gives CAUSTICA_ERROR_BUSY while another thread does one of these. Setting an
  *             instance, light, camera or material does not: during a commit it may or may not be in the
  *             snapshot. A device must not be used any more when its release begins.
+ *             A calling thread needs 256 kB of stack. The threads of a render have the signal mask of the one
+ *             that starts it.
  * Callbacks.  Never called with a lock held that another call waits for, and not after the release of what they were given to.
  *             They must return, and not throw or longjmp. Inside of one only the functions marked
  *             "callback-safe" may be called; the others give CAUSTICA_ERROR_WRONG_STATE.
@@ -162,7 +166,7 @@ typedef void (*caustica_message_callback)(void* user, uint32_t severity, const c
 typedef struct caustica_device_options {
     uint32_t struct_size;
     uint32_t version;     /* CAUSTICA_VERSION, required: tells the library which header this is */
-    uint32_t num_threads; /* per commit and per render; 0: as many as the process may use */
+    uint32_t num_threads; /* per commit and per render, at most 4096; 0: as many as the process may use */
     uint32_t backend;     /* CAUSTICA_BACKEND_ */
     caustica_message_callback message; /* or NULL */
     void* user;
@@ -218,7 +222,7 @@ typedef struct caustica_material_desc {
     float color[3];              /* diffuse: reflectance; conductor: reflectance at normal incidence;
                                     dielectric, thin dielectric: factor of transmitted light; glTF: base colour */
     float roughness;             /* perceptual, 0 to 1: the GGX width is its square; 0 is smooth */
-    float ior;                   /* refractive index inside; 0: 1.5 */
+    float ior;                   /* refractive index inside, 1 to 10; 0: 1.5 */
     float ior_outside;           /* 0: 1 */
     float absorption[3];         /* inside, 1/m */
     float absorption_outside[3]; /* 1/m */
@@ -318,7 +322,7 @@ typedef struct caustica_light_desc {
     double position[3];  /* world space */
     double direction[3]; /* the way the light travels, any length but 0 */
     double inner_angle;  /* half-angle of full intensity */
-    double outer_angle;  /* half-angle of no intensity: inner_angle or more, at most pi/2 */
+    double outer_angle;  /* half-angle of no intensity: inner_angle or more, 1e-6 to pi/2 */
     float intensity[3];  /* point, spot: W/sr; directional: irradiance perpendicular to it, W/m^2 */
     uint32_t reserved;
 } caustica_light_desc;
@@ -343,7 +347,7 @@ typedef struct caustica_camera_desc {
     uint32_t projection;  /* CAUSTICA_CAMERA_, required */
     const char* name;     /* for messages */
     double transform[12]; /* camera to world, scaling is ignored; all 0: the identity */
-    double yfov;          /* perspective: full vertical field of view */
+    double yfov;          /* perspective: full vertical field of view, 1e-6 to pi - 1e-6 */
     double ymag;          /* orthographic: half the height of the film, metres */
 } caustica_camera_desc;
 
@@ -395,8 +399,8 @@ typedef struct caustica_progress {
 } caustica_progress;
 
 /* Called from a thread of the render, one at a time, at most ten times a second, first with fraction 0
- * and last with 1 if the render succeeds. Returns whether to go on: false cancels. `progress` is valid
- * during the call. Not called any more once a wait or caustica_render has returned. */
+ * and last with 1 if the render succeeds. Returns whether to go on: false cancels. That thread does not render
+ * meanwhile; with caustica_render it may be the caller's. `progress` is valid during the call. Not called any more once a wait or caustica_render has returned. */
 typedef bool (*caustica_progress_callback)(void* user, const caustica_progress* progress);
 
 enum {
@@ -443,10 +447,10 @@ typedef struct caustica_render_desc {
     uint32_t integrator;    /* CAUSTICA_INTEGRATOR_ */
     caustica_scene scene;   /* its last commit is rendered */
     caustica_camera camera; /* one that was in it at the commit; id 0: the first */
-    uint32_t width;         /* pixels; 0: 512 */
+    uint32_t width;         /* pixels, at most 65536; 0: 512 */
     uint32_t height;        /* pixels; 0: 512 */
     uint32_t samples;       /* per pixel; 0: 64, with a time limit as many as fit */
-    uint32_t max_depth;     /* segments of the longest path, 1 is light seen directly; 0: 12 */
+    uint32_t max_depth;     /* segments of the longest path, 1 is light seen directly, at most 1024; 0: 12 */
     uint64_t seed;          /* selects the random numbers; the image depends on it and not on threads, but on the
                                make of processor in the last place of what Embree hits */
     double time_limit_seconds; /* ends with the pass that runs at this time; 0: no limit. The samples before the first
@@ -464,7 +468,8 @@ typedef struct caustica_render_desc {
  * it. In both cases `render` is written, holds the image and is to be released. */
 caustica_result caustica_render(caustica_device* device, const caustica_render_desc* desc, caustica_render_job* render);
 
-/* Starts a render and returns at once. Its failure, if any, is told by caustica_render_result. */
+/* Starts a render and returns at once. What is wrong with the request is told here, a later failure by
+ * caustica_render_result. */
 caustica_result caustica_render_start(caustica_device* device, const caustica_render_desc* desc,
                                       caustica_render_job* render);
 
@@ -535,7 +540,8 @@ typedef struct caustica_pixels {
 } caustica_pixels;
 
 /* Copies the image to the host's memory: of a render that is over, or of one that runs the average over its
- * whole passes so far (caustica_progress: samples). CAUSTICA_ERROR_WRONG_STATE while there is none.
+ * whole passes so far (caustica_progress: samples). CAUSTICA_ERROR_WRONG_STATE while there is none, or if the
+ * render was cancelled before the first.
  * Callback-safe. */
 caustica_result caustica_render_read(caustica_device* device, caustica_render_job render,
                                      const caustica_pixels* pixels);

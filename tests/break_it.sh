@@ -180,6 +180,15 @@ mutation("camera: a film in several media taken to be in one", "src/render/sampl
 mutation("commit: shapes of before, whatever there is now", "src/scene/world.rs",
          "world.shapes_hash == hash.shapes && ", "", ("job", "a_commit_shares"))
 
+# Rounding.
+mutation("hit: barycentrics in f32", "src/geometry/mesh.rs",
+         "let close = (u", "let close = u.is_nan() && (u", ("extremes", "large_triangles"))
+mutation("hit: a level floor as uncertain as a sloping one", "src/geometry/mesh.rs",
+         "nearby.min(per_length * longest_edge)", "(per_length * longest_edge).max(0.0 * nearby)",
+         ("extremes", "large_triangles"))
+mutation("segment: direction from the ends across any gap", "src/transport/subpath.rs",
+         "if bend < STRAIGHT { d }", "if bend < STRAIGHT || bend > 0.0 { d }", ("extremes", "large_triangles"))
+
 # Lights.
 mutation("D / R_m at the start of the light path", "src/transport/weight.rs",
          "technique: technique * direct / position,", "technique,", ("weights", "sphere_light"),

@@ -534,3 +534,54 @@ fn warnings_stand_once() {
     let about = |what: &str| warnings.iter().filter(|w| w.contains(what)).count();
     assert_eq!(about("triangles without area"), 2, "{warnings:#?}");
 }
+
+/// A small block a gap of 1 mm above a ground of 600 m. In two triangles it gives the picture of a ground with small
+/// triangles in the middle: level to the last bits; else rays start above it by almost half of the gap, which may show
+/// beside the block, and not in what light goes through it.
+#[test]
+fn large_triangles_below_small_things() {
+    const FAR: f32 = 300.0;
+    let scene = |middle: Option<f32>, tilt: DQuat| {
+        let mut b = Builder::default();
+        let ground = b.diffuse(0.6);
+        let square = |half: f32| [[-half, 0.0, -half], [-half, 0.0, half], [half, 0.0, half], [half, 0.0, -half]];
+        let mut mesh = MeshDescription { triangles: vec![[0, 1, 2], [0, 2, 3]], ..MeshDescription::default() };
+        mesh.positions = square(middle.unwrap_or(FAR)).to_vec();
+        if middle.is_some() {
+            mesh.positions.extend(square(FAR));
+            mesh.triangles.extend((0..4).flat_map(|i| {
+                let next = (i + 1) % 4;
+                [[i, 4 + i, 4 + next], [i, 4 + next, next]]
+            }));
+        }
+        b.mesh(mesh, ground, DAffine3::IDENTITY);
+        let glass = b.glass(1.5, 0.0);
+        b.cuboid(Vec3::new(-0.03, 0.001, -0.03), Vec3::new(0.03, 0.041, 0.03), false, glass);
+        let lamp = b.lamp(3.0);
+        b.quad(Vec3::new(-0.05, 0.3, -0.05), Vec3::X * 0.1, Vec3::Z * 0.1, lamp);
+        b.perspective([0.1, 0.15, 0.2], [0.0, 0.01, 0.0], 0.5);
+        let tilt = DAffine3::from_quat(tilt);
+        b.0.instances.iter_mut().for_each(|i| i.transform = tilt * i.transform);
+        b.0.cameras.iter_mut().for_each(|c| c.transform = tilt * c.transform);
+        b.commit()
+    };
+    let tilts = [("level", DQuat::IDENTITY), ("tilted", DQuat::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 0.47))];
+    for (name, tilt) in tilts {
+        let [large, small] = [None, Some(0.2)].map(|middle| scene(middle, tilt));
+        for integrator in [Integrator::Path, Integrator::Bdpt, Integrator::Mnee] {
+            let base = Settings { max_depth: 7, caustics: Caustics::Off, ..settings(integrator, 32, 32, 0) };
+            let seed = first_seed(name);
+            let [large, small] = [&large, &small].map(|world| renders(world, &base, seed..seed + RUNS));
+            let about = format!("{name}, {integrator:?}");
+            let checked = if name == "level" {
+                check_pairs(&about, &large, &small, BLOCK, 1e-4)
+            } else {
+                let mean = |image| block_means(image, 32)[0];
+                let ratios: Vec<_> = large.iter().zip(&small).map(|(l, s)| mean(l) / mean(s) - 1.0).collect();
+                let (difference, error) = mean_and_error(&ratios);
+                check_bias(&about, difference, error, RUNS as f64 - 1.0, 0.005)
+            };
+            checked.unwrap_or_else(|e| panic!("{e}"));
+        }
+    }
+}

@@ -100,6 +100,18 @@ fn a_new_file_has_the_mode_that_the_umask_leaves() {
 }
 
 #[test]
+fn a_file_that_is_replaced_keeps_its_mode() {
+    let directory = TempDir::new().unwrap();
+    let path = directory.path().join("a.exr");
+    fs::write(&path, "old").unwrap();
+    for mode in [0o600, 0o640] {
+        fs::set_permissions(&path, PermissionsExt::from_mode(mode)).unwrap();
+        write(&path, &picture(), &Metadata::new(), &HALF).unwrap();
+        assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, mode);
+    }
+}
+
+#[test]
 fn a_link_stays_and_its_target_is_replaced() {
     let directory = TempDir::new().unwrap();
     let (target, link) = (directory.path().join("target.exr"), directory.path().join("link.exr"));

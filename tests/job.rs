@@ -12,6 +12,7 @@ use caustica::scene::{CommitOptions, World};
 use common::{Builder, settings};
 use glam::{DVec3, Vec3};
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
@@ -86,6 +87,21 @@ fn what_is_shown_while_it_renders_is_the_image_of_as_many_samples() {
     assert!(preview.image().expect("memory").is_none());
     let (samples, image) = shown.lock().unwrap().take().expect("a report with samples");
     assert_eq!(image, common::run(&world, &request(samples)).image);
+}
+
+/// A host whose callback takes longer than the time between two reports is not called after every tile.
+#[test]
+fn a_slow_callback_is_called_no_more_often() {
+    let calls = AtomicU32::new(0);
+    let progress = |_: Progress| {
+        calls.fetch_add(1, Ordering::Relaxed);
+        std::thread::sleep(Duration::from_millis(110));
+    };
+    let request = Settings { threads: 1, ..settings(Integrator::Path, 32, 512, 3) };
+    let output = render(&world(), &request, &Cancel::default(), &progress).unwrap();
+    let computing = output.statistics.render_seconds - 0.11 * f64::from(calls.load(Ordering::Relaxed));
+    let most = 4.0 + computing.max(0.0) / 0.1;
+    assert!(f64::from(calls.load(Ordering::Relaxed)) <= most, "{calls:?} calls in {computing} s");
 }
 
 #[test]

@@ -50,6 +50,7 @@ pub struct Camera {
 impl Kind for Camera {
     const KIND: u32 = OBJECT_CAMERA;
     const NAME: &'static str = "camera";
+    const PLURAL: &'static str = "cameras";
 }
 
 impl Camera {

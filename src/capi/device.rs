@@ -9,7 +9,7 @@
 use super::camera::Camera;
 use super::error::{self, *};
 use super::guard;
-use super::handle::{Kind, Table};
+use super::handle::{DEVICE_BITS, Kind, Table};
 use super::instance::Instance;
 use super::light::Light;
 use super::material::Material;
@@ -206,22 +206,21 @@ fn create(options: In<DeviceOptions>, device: Out<DevicePointer>) -> Result<i32,
     try_backend(backend)?;
 
     let count = COUNT.fetch_add(1, Ordering::Relaxed).wrapping_add(1);
-    if count == 0 || count >> 28 != 0 {
+    if count == 0 || count >> DEVICE_BITS != 0 {
         return Err(Failure::limit("device", "numbers have run out in this process"));
     }
-    let tag = count as u16;
     let pointer = DevicePointer::of(std::process::id(), count);
     let made = Device {
         backend,
         threads: options.num_threads as usize,
         messages: Arc::new(Messages { callback: options.message, user: User(options.user) }),
-        meshes: Table::new(tag),
-        materials: Table::new(tag),
-        scenes: Table::new(tag),
-        instances: Table::new(tag),
-        lights: Table::new(tag),
-        cameras: Table::new(tag),
-        renders: Table::new(tag),
+        meshes: Table::new(count),
+        materials: Table::new(count),
+        scenes: Table::new(count),
+        instances: Table::new(count),
+        lights: Table::new(count),
+        cameras: Table::new(count),
+        renders: Table::new(count),
     };
     living().insert(pointer.0.addr(), Arc::new(made));
     out.write(pointer);
@@ -231,7 +230,10 @@ fn create(options: In<DeviceOptions>, device: Out<DevicePointer>) -> Result<i32,
 fn check_version(header: u32) -> Result<(), Failure> {
     let library = super::info::VERSION;
     let (major, minor) = (header >> 22, header >> 12 & 0x3ff);
-    if major == library >> 22 && minor <= (library >> 12 & 0x3ff) && header != 0 {
+    let (library_major, library_minor) = (library >> 22, library >> 12 & 0x3ff);
+    // Before 1.0, each minor version is an interface of its own.
+    let compatible = if library_major == 0 { minor == library_minor } else { minor <= library_minor };
+    if major == library_major && compatible {
         return Ok(());
     }
     let text = format!(
@@ -282,6 +284,6 @@ fn release(pointer: DevicePointer) -> Result<i32, Failure> {
 
 fn count<T: Kind>(left: &mut Vec<String>, n: usize) {
     if n > 0 {
-        left.push(format!("{n} {}{}", T::NAME, if n == 1 { "" } else { "s" }));
+        left.push(if n == 1 { format!("1 {}", T::NAME) } else { format!("{n} {}", T::PLURAL) });
     }
 }

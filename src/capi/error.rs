@@ -101,6 +101,8 @@ pub(super) struct Failure {
     pub(super) parameter: String,
     pub(super) index: u64,
     pub(super) text: String,
+    /// Whether it was sent as a message.
+    pub(super) told: bool,
 }
 
 impl Failure {
@@ -114,6 +116,7 @@ impl Failure {
             parameter: String::new(),
             index: NO_INDEX,
             text: text.into(),
+            told: false,
         }
     }
 

@@ -120,8 +120,10 @@ fn enter(
     let code = failure.code;
     let reported = catch(|| {
         error::remember(pointer, failure.clone());
-        if let Some(device) = found {
+        if let Some(device) = found.as_ref().filter(|_| !failure.told) {
             device.messages.error(&failure);
+            // What fails within the host's callback is not what this call failed of.
+            error::remember(pointer, failure);
         }
         Ok(OK)
     });

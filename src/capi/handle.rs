@@ -1,16 +1,18 @@
 //! Handles: 64-bit ids instead of addresses, so that a released, foreign or mistyped one is an error
 //! and never a crash. The look-up is paid per call of the interface, never per ray.
 //!
-//! An id packs, from the low end: slot (24 bits), generation of the slot (20), kind (4), device (16).
-//! Kinds start at 1, so no id is 0, which means "none".
+//! An id packs, from the low end: slot (24 bits), generation of the slot (12), kind (4), device (24).
+//! Kinds start at 1, so no id is 0, which means "none". Neither generations nor devices come round again.
 
 use super::error::{ERROR_INVALID_HANDLE, ERROR_WRONG_STATE, Failure};
 use std::marker::PhantomData;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 const SLOT_BITS: u32 = 24;
-const GENERATION_BITS: u32 = 20;
+const GENERATION_BITS: u32 = 12;
 const KIND_BITS: u32 = 4;
+/// Of a device's number.
+pub(super) const DEVICE_BITS: u32 = 24;
 
 /// What a handle can refer to.
 pub trait Kind {
@@ -18,6 +20,8 @@ pub trait Kind {
     const KIND: u32;
     /// For messages.
     const NAME: &'static str;
+    /// The same, of several.
+    const PLURAL: &'static str;
 }
 
 /// A handle as it crosses the boundary: C's `struct { uint64_t id; }`, which all supported calling
@@ -51,7 +55,7 @@ impl<K> Handle<K> {
 
 /// The living objects of one kind of one device.
 pub(super) struct Table<T> {
-    device: u16,
+    device: u32,
     slots: Mutex<Slots<T>>,
 }
 
@@ -67,7 +71,7 @@ struct Slot<T> {
 }
 
 impl<T: Kind> Table<T> {
-    pub(super) fn new(device: u16) -> Table<T> {
+    pub(super) fn new(device: u32) -> Table<T> {
         Table { device, slots: Mutex::new(Slots { slots: Vec::new(), free: Vec::new(), closed: false }) }
     }
 
@@ -143,7 +147,7 @@ impl<T: Kind> Table<T> {
         if kind != T::KIND {
             return invalid(format!("the handle {id:#x} is not one of a {}", T::NAME));
         }
-        if (id >> (SLOT_BITS + GENERATION_BITS + KIND_BITS)) as u16 != self.device {
+        if (id >> (SLOT_BITS + GENERATION_BITS + KIND_BITS)) as u32 != self.device {
             return invalid(format!("the {} handle {id:#x} belongs to another device", T::NAME));
         }
         Ok(id as u32 & ((1 << SLOT_BITS) - 1))
@@ -158,11 +162,12 @@ impl<T: Kind> Slots<T> {
     }
 }
 
-fn stale<T: Kind>(id: u64) -> Failure {
+/// Of an object that is gone.
+pub(super) fn stale<T: Kind>(id: u64) -> Failure {
     Failure::new(ERROR_INVALID_HANDLE, format!("the {} handle {id:#x} was released", T::NAME)).object(T::KIND, id, "")
 }
 
-fn pack(slot: u32, generation: u32, kind: u32, device: u16) -> u64 {
+fn pack(slot: u32, generation: u32, kind: u32, device: u32) -> u64 {
     let high = (device as u64) << KIND_BITS | kind as u64;
     (high << GENERATION_BITS | generation as u64) << SLOT_BITS | slot as u64
 }
@@ -176,6 +181,7 @@ mod tests {
     impl Kind for Thing {
         const KIND: u32 = 3;
         const NAME: &'static str = "thing";
+        const PLURAL: &'static str = "things";
     }
 
     #[test]

@@ -45,6 +45,7 @@ pub struct Instance {
 impl Kind for Instance {
     const KIND: u32 = OBJECT_INSTANCE;
     const NAME: &'static str = "instance";
+    const PLURAL: &'static str = "instances";
 }
 
 impl Instance {

@@ -59,6 +59,7 @@ pub struct Light {
 impl Kind for Light {
     const KIND: u32 = OBJECT_LIGHT;
     const NAME: &'static str = "light";
+    const PLURAL: &'static str = "lights";
 }
 
 impl Light {

@@ -75,6 +75,7 @@ pub struct Material {
 impl Kind for Material {
     const KIND: u32 = OBJECT_MATERIAL;
     const NAME: &'static str = "material";
+    const PLURAL: &'static str = "materials";
 }
 
 impl Material {

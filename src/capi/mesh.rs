@@ -49,6 +49,7 @@ pub struct Mesh {
 impl Kind for Mesh {
     const KIND: u32 = OBJECT_MESH;
     const NAME: &'static str = "mesh";
+    const PLURAL: &'static str = "meshes";
 }
 
 guard::export! {

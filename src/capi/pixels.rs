@@ -171,7 +171,7 @@ fn read(device: &Arc<Device>, render: Handle<Render>, pixels: In<Pixels>) -> Res
     let target = pixels.read("pixels")?;
     let object = device.renders.get(render)?;
     let copied = match object.so_far()? {
-        Ok(finished) => copy(&finished.result.as_ref().map_err(Failure::clone)?.image, &target),
+        Ok(finished) => finished.output().and_then(|output| copy(&output.image, &target)),
         Err(image) => copy(&image, &target),
     };
     copied.map_err(|failure| failure.object_if_none(OBJECT_RENDER, render.id(), ""))

@@ -127,6 +127,17 @@ pub(super) struct Finished {
     pub(super) camera: String,
 }
 
+impl Finished {
+    /// What it rendered, if that is at least one pass.
+    pub(super) fn output(&self) -> Result<&Output, Failure> {
+        let output = self.result.as_ref().map_err(Failure::clone)?;
+        match output.statistics.samples {
+            0 => Err(Failure::new(ERROR_WRONG_STATE, "the render was cancelled before its first whole pass")),
+            _ => Ok(output),
+        }
+    }
+}
+
 /// A render, running or over.
 pub struct Render {
     id: u64,
@@ -141,6 +152,7 @@ pub struct Render {
 impl Kind for Render {
     const KIND: u32 = OBJECT_RENDER;
     const NAME: &'static str = "render";
+    const PLURAL: &'static str = "renders";
 }
 
 /// Locks of this module guard single assignments, which a panic cannot leave half done.
@@ -208,7 +220,7 @@ impl Render {
     }
 
     /// Renders on this thread and publishes what came of it as its last act.
-    fn run(&self, request: Request, messages: Option<&Messages>) {
+    fn run(&self, request: Request, messages: &Messages) {
         let progress = |progress: render::Progress| {
             *lock(&self.latest) = progress;
             if !request.report(&progress) {
@@ -220,9 +232,10 @@ impl Render {
             render::render_shown(world, settings, &self.cancel, &progress, &self.preview).map_err(Failure::from)
         });
         let result = result.map_err(|failure| failure.object_if_none(OBJECT_RENDER, self.id, ""));
-        if let (Err(failure), Some(messages)) = (&result, messages) {
-            messages.error(failure);
-        }
+        let result = result.map_err(|failure| {
+            messages.error(&failure);
+            Failure { told: true, ..failure }
+        });
         let Request { snapshot, settings, .. } = request;
         let finished = Finished {
             result,
@@ -298,8 +311,7 @@ fn render_now(device: &Arc<Device>, desc: In<RenderDesc>, render: Out<Handle<Ren
     let out = render.required("render")?;
     let request = request(device, desc)?;
     let (handle, object) = device.renders.insert(Render::new)?;
-    // The failure is returned here, which also sends it as a message.
-    object.run(request, None);
+    object.run(request, &device.messages);
     match &object.finished()?.result {
         Ok(output) => {
             out.write(handle);
@@ -321,7 +333,7 @@ fn start(device: &Arc<Device>, desc: In<RenderDesc>, render: Out<Handle<Render>>
     let mut thread = lock(&object.thread);
     let spawned = std::thread::Builder::new().name("caustica-render".to_owned()).spawn(move || {
         let _here = guard::Inside::enter();
-        worker.run(request, Some(&messages));
+        worker.run(request, &messages);
     });
     match spawned {
         Ok(handle) => *thread = Some(handle),
@@ -385,6 +397,7 @@ fn request(device: &Arc<Device>, desc: In<RenderDesc>) -> Result<Request, Failur
         caustics_only: d.caustics_only == 1,
         ..defaults
     };
+    render::validate(&snapshot.world, &settings)?;
     Ok(Request { snapshot, settings, progress: d.progress, user: User(d.user) })
 }
 

@@ -5,7 +5,7 @@ use super::camera::Camera;
 use super::device::{Device, SEVERITY_INFO, SEVERITY_WARNING};
 use super::error::{ERROR_BUSY, Failure, OBJECT_SCENE, OK, Origins};
 use super::guard;
-use super::handle::{Handle, Kind};
+use super::handle::{Handle, Kind, stale};
 use super::instance::{Geometry, Instance};
 use super::light::Light;
 use super::material::Material;
@@ -51,6 +51,8 @@ pub(super) struct Contents {
     pub(super) cameras: Vec<Arc<Camera>>,
     pub(super) environment: Rgb,
     instances_so_far: u64,
+    /// Whether the scene is gone, for a call that found it just before.
+    released: bool,
 }
 
 impl Contents {
@@ -77,17 +79,19 @@ pub struct Scene {
 impl Kind for Scene {
     const KIND: u32 = OBJECT_SCENE;
     const NAME: &'static str = "scene";
+    const PLURAL: &'static str = "scenes";
 }
 
 impl Scene {
     /// The contents, for one thread at a time; a second one is told so and does not wait.
     pub(super) fn edit(&self) -> Result<MutexGuard<'_, Contents>, Failure> {
-        self.contents.try_lock().map_err(|error| match error {
+        let contents = self.contents.try_lock().map_err(|error| match error {
             TryLockError::WouldBlock => self.busy(),
             TryLockError::Poisoned(_) => {
                 Failure::internal("an earlier call on this scene failed").object(OBJECT_SCENE, self.id, "")
             }
-        })
+        })?;
+        if contents.released { Err(stale::<Scene>(self.id)) } else { Ok(contents) }
     }
 
     fn busy(&self) -> Failure {
@@ -130,7 +134,7 @@ fn release(device: &Arc<Device>, scene: Handle<Scene>) -> Result<i32, Failure> {
         Err(TryLockError::WouldBlock) => return Err(object.busy()),
     };
     device.scenes.remove(scene)?;
-    let contents = std::mem::take(&mut *contents);
+    let contents = std::mem::replace(&mut *contents, Contents { released: true, ..Contents::default() });
     // What was loaded from a file has no handle, and what has one may be gone by another thread.
     contents.instances.values().for_each(|x| drop(device.instances.remove(Handle::new(x.id))));
     contents.lights.iter().for_each(|x| drop(device.lights.remove(Handle::new(x.id))));

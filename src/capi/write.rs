@@ -22,10 +22,12 @@ fn write(device: &Arc<Device>, render: Handle<Render>, path: Text) -> Result<i32
         return Err(Failure::argument("path", "is empty"));
     }
     let finished = object.finished()?;
-    let output = finished.result.as_ref().map_err(Failure::clone)?;
+    let about = |failure: Failure| failure.object_if_none(OBJECT_RENDER, render.id(), "");
+    let output = finished.output().map_err(about)?;
     let path = Path::new(&path);
     let metadata = Metadata::of_render(&finished.settings, &finished.camera, finished.scene_hash, &output.statistics);
-    let written = image::write(path, &output.image, &metadata, &WriteOptions::default()).map_err(failure)?;
+    let written = image::write(path, &output.image, &metadata, &WriteOptions::default())
+        .map_err(|error| about(failure(error)))?;
     for (count, what) in [(written.non_finite, "were NaN or infinite, now black"), (written.clamped, "were clamped")] {
         if count > 0 {
             let text = format!("{}: {count} pixels {what}", path.display());

@@ -1,7 +1,7 @@
 //! Triangle meshes in world space.
 
-use super::SurfacePoint;
 use super::surface::{ROUNDOFF, position_error};
+use super::{Ray, SurfacePoint};
 use glam::{DVec3, Vec3};
 
 /// Triangles with optional vertex normals.
@@ -61,11 +61,41 @@ impl Mesh {
     /// hemisphere of `ng`; where interpolation leaves no direction, `ns = ng`.
     #[inline]
     pub fn surface(&self, triangle: u32, u: f32, v: f32) -> SurfacePoint {
+        self.surface_at(triangle, |_| (u.into(), v.into()))
+    }
+
+    /// The surface where `ray` meets a triangle, near barycentrics `u` and `v`: the crossing is computed anew in f64, since
+    /// barycentrics in f32 move it by roundings of the triangle's size, which may be more than what stands on it.
+    #[inline]
+    pub fn surface_along(&self, ray: &Ray, triangle: u32, u: f32, v: f32) -> SurfacePoint {
+        /// How far f32 may be off, where it is not the triangle that is too narrow to say.
+        const NEAR: f64 = 1e-3;
+        self.surface_at(triangle, |[p0, e1, e2, m]| {
+            let near = (f64::from(u), f64::from(v));
+            let d = ray.direction.as_dvec3();
+            let c = (ray.origin.as_dvec3() - p0).cross(d);
+            let scale = -1.0 / d.dot(m);
+            let (u, v) = (e2.dot(c) * scale, -e1.dot(c) * scale);
+            let close = (u - near.0).abs() < NEAR && (v - near.1).abs() < NEAR;
+            if !close {
+                return near;
+            }
+            // Rounding may have put a hit of the edge outside.
+            let u = u.clamp(0.0, 1.0);
+            (u, v.clamp(0.0, 1.0 - u))
+        })
+    }
+
+    /// At barycentrics that the first corner, the two edges from it and their cross product may tell.
+    #[inline]
+    fn surface_at(&self, triangle: u32, barycentrics: impl FnOnce([DVec3; 4]) -> (f64, f64)) -> SurfacePoint {
         let corners = self.triangles[triangle as usize];
         let [p0, p1, p2] = corners.map(|i| self.positions[i as usize].as_dvec3());
         let (e1, e2) = (p1 - p0, p2 - p0);
-        let p = (p0 + e1 * u as f64 + e2 * v as f64).as_vec3();
         let m = e1.cross(e2);
+        let (u, v) = barycentrics([p0, e1, e2, m]);
+        let p = (p0 + e1 * u + e2 * v).as_vec3();
+        let (u, v) = (u as f32, v as f32);
         let twice_area = m.length();
         // A triangle without area is never hit nor sampled; any unit vector keeps the numbers finite.
         let ng = if twice_area > 0.0 { (m / twice_area).as_vec3() } else { Vec3::Z };
@@ -75,13 +105,13 @@ impl Mesh {
             let [n0, n1, n2] = corners.map(|i| self.normals[i as usize]);
             shading_normal(n0 * (1.0 - u - v) + n1 * u + n2 * v, ng)
         };
-        let (plane, longest) = plane_error(e1, e2, twice_area);
+        let PlaneError { nearby, per_length } = PlaneError::of(e1, e2, m / twice_area, twice_area);
         SurfacePoint {
             p,
             ng,
             ns,
-            offset: position_error(p, ng) + plane * longest,
-            offset_per_length: plane,
+            offset: position_error(p, ng) + nearby,
+            offset_per_length: per_length,
             shape: 0,
             primitive: triangle,
         }
@@ -97,25 +127,53 @@ fn shading_normal(interpolated: Vec3, ng: Vec3) -> Vec3 {
     }
 }
 
-/// How far from the true plane a single-precision intersection test may see it, per unit of the
-/// distance to the ray's origin, and the triangle's longest edge.
-///
-/// With `r = ROUNDOFF` and all vertices within `d` of the origin, rounding them relative to the
-/// origin moves the plane by at most `r d` at a point inside the triangle (a convex combination of the
-/// three errors); the edges' difference, the products and the difference of a cross product of edges
-/// `a`, `b` err by `5 r |a||b|` against its length, twice the area, and the dot product that gives the
-/// distance by `3 r`. So `r d (4 + 5 |a||b| / 2A)`, with the two shorter edges, from which Embree forms
-/// the normal. The last factor is the triangle's condition: 1 to 2 for common shapes, large for flat
-/// ones; it is capped where the offset would reach 1/64 of the triangle's size.
-#[inline]
-fn plane_error(e1: DVec3, e2: DVec3, twice_area: f64) -> (f32, f32) {
-    const CAP: f32 = 1.0 / (64.0 * ROUNDOFF);
-    let (l1, l2, l3) = (e1.length_squared(), e2.length_squared(), (e2 - e1).length_squared());
-    let longest = l1.max(l2).max(l3);
-    let shorter_two = l1 * l2 * l3 / longest;
-    let condition = (shorter_two.sqrt() / twice_area) as f32;
-    // min() also turns the 0/0 of a point-like triangle into the cap.
-    (ROUNDOFF * (4.0 + 5.0 * condition).min(CAP), longest.sqrt() as f32)
+/// How far from the true plane a single-precision intersection test may see it.
+struct PlaneError {
+    /// From within the triangle's box.
+    nearby: f32,
+    /// Per unit of the distance to the ray's origin.
+    per_length: f32,
+}
+
+impl PlaneError {
+    /// With `r = ROUNDOFF` and all vertices within `d` of the origin, rounding them relative to the
+    /// origin moves the plane by at most `r d` at a point inside the triangle (a convex combination of the
+    /// three errors); the edges' difference, the products and the difference of a cross product of edges
+    /// `a`, `b` err by `5 r |a||b|` against its length, twice the area, and the dot product that gives the
+    /// distance by `3 r`. So `r d (4 + 5 |a||b| / 2A)`, with the two shorter edges, from which Embree forms
+    /// the normal. The last factor is the triangle's condition: 1 to 2 for common shapes, large for flat
+    /// ones; it is capped where the offset would reach 1/64 of the triangle's size.
+    ///
+    /// Nearby, component by component: `d` is the side of the triangle's box, `|n|` seen along the normal, and `|a||b|`
+    /// the sum of two products. A floor that is level has no error however large it is, and would else pass for as thick as
+    /// what stands on it.
+    #[inline]
+    fn of(e1: DVec3, e2: DVec3, normal: DVec3, twice_area: f64) -> PlaneError {
+        const CAP: f64 = 1.0 / 64.0;
+        let r = f64::from(ROUNDOFF);
+        let e3 = e2 - e1;
+        let (l1, l2, l3) = (e1.length_squared(), e2.length_squared(), e3.length_squared());
+        let longest = l1.max(l2).max(l3);
+        let condition = (l1 * l2 * l3 / longest).sqrt() / twice_area;
+        // min() also turns the 0/0 of a point-like triangle into the cap.
+        let per_length = (r * (4.0 + 5.0 * condition)).min(CAP);
+        let longest_edge = longest.sqrt();
+
+        let (a, b) = match () {
+            _ if l3 == longest => (e1, e2),
+            _ if l2 == longest => (e1, e3),
+            _ => (e2, e3),
+        };
+        let (a, b) = (a.abs(), b.abs());
+        let products = DVec3::new(a.y * b.z + a.z * b.y, a.z * b.x + a.x * b.z, a.x * b.y + a.y * b.x);
+        let sides = DVec3::ZERO.max(e1).max(e2) - DVec3::ZERO.min(e1).min(e2);
+        let nearby = r * (4.0 * normal.abs() + 5.0 / twice_area * products).dot(sides);
+        PlaneError {
+            // Where arithmetic is exact, a ray must still not start on the plane.
+            nearby: nearby.min(per_length * longest_edge).max(r * r * longest_edge) as f32,
+            per_length: per_length as f32,
+        }
+    }
 }
 
 #[cfg(test)]

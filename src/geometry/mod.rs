@@ -34,7 +34,7 @@ impl Shape {
     #[inline]
     pub fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         let point = match self {
-            Shape::Mesh(mesh) => mesh.surface(hit.primitive, hit.u, hit.v),
+            Shape::Mesh(mesh) => mesh.surface_along(ray, hit.primitive, hit.u, hit.v),
             Shape::Sphere(sphere) => sphere.surface(ray, hit.t),
         };
         SurfacePoint { shape: hit.shape, ..point }

@@ -23,27 +23,33 @@ pub enum Failed {
     Panic(String),
 }
 
-/// Runs `work` once on each of `threads` workers and waits for all of them.
+/// Runs `work` once on each of `threads` workers and waits for all of them, to the end of their threads: a host may
+/// unload the library or leave a namespace next.
 pub fn broadcast(threads: usize, work: impl Fn(usize) + Sync) -> Result<(), Failed> {
-    let outcome = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .thread_name(|i| format!("caustica-{i}"))
-            .build_scoped(
-                |worker| {
-                    Arithmetic::DEFAULT.set();
-                    worker.run();
-                },
-                |pool| {
-                    pool.broadcast(|context| work(context.index()));
-                },
-            )
-            .map_err(|error| Failed::Threads(error.to_string()))
-    }));
-    match outcome {
-        Ok(result) => result,
-        Err(payload) => Err(Failed::Panic(panic_message(&*payload))),
-    }
+    let mut started = Vec::new();
+    let spawn = |worker: rayon::ThreadBuilder| {
+        let name = worker.name().unwrap_or_default().to_owned();
+        let run = || {
+            Arithmetic::DEFAULT.set();
+            worker.run();
+        };
+        started.push(std::thread::Builder::new().name(name).spawn(run)?);
+        Ok(())
+    };
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .thread_name(|i| format!("caustica-{i}"))
+        .spawn_handler(spawn)
+        .build()
+        .map_err(|error| Failed::Threads(error.to_string()));
+    let outcome = pool.and_then(|pool| {
+        let all = || drop(pool.broadcast(|context| work(context.index())));
+        std::panic::catch_unwind(std::panic::AssertUnwindSafe(all))
+            .map_err(|payload| Failed::Panic(panic_message(&*payload)))
+    });
+    // The pool is gone, so its threads end; their own panics were caught above.
+    started.into_iter().for_each(|thread| drop(thread.join()));
+    outcome
 }
 
 /// The text of a caught panic.

@@ -119,7 +119,6 @@ pub fn render_shown(
     let report_if_due = || {
         let due = last_report.try_lock().ok().filter(|last| last.elapsed() >= Duration::from_millis(100));
         let Some(mut last) = due else { return };
-        *last = Instant::now();
         let (samples, noise) = passes.noise();
         let by_time = settings.time_limit.map_or(0.0, |t| start.elapsed().as_secs_f32() / t.as_secs_f32());
         progress(Progress {
@@ -129,6 +128,8 @@ pub fn render_shown(
             elapsed: start.elapsed(),
             noise,
         });
+        // From here on: a host that takes its time does not hold up every tile.
+        *last = Instant::now();
     };
 
     let pilot = pilot::look(world, &view, settings, &pilot::Host { cancel, report: &report_if_due })?;

@@ -18,4 +18,5 @@ pub use error::RenderError;
 pub use image::Image;
 pub use job::{Cancel, Progress, render, render_shown};
 pub use output::{Forecast, Output, Statistics, Technique, TechniqueImages};
+pub(crate) use settings::validate;
 pub use settings::{Caustics, Integrator, LARGEST_DEPTH, LARGEST_SIDE, Settings};

@@ -114,7 +114,8 @@ pub const LARGEST_SIDE: u32 = 1 << 16;
 /// Longest path, in segments.
 pub const LARGEST_DEPTH: u32 = 1024;
 
-pub(super) fn validate(world: &World, settings: &Settings) -> Result<(), RenderError> {
+/// Whether these can be rendered.
+pub(crate) fn validate(world: &World, settings: &Settings) -> Result<(), RenderError> {
     for (setting, value, high) in [
         ("width", settings.width, LARGEST_SIDE),
         ("height", settings.height, LARGEST_SIDE),

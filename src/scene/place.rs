@@ -87,7 +87,7 @@ fn check_sphere(index: usize, instance: &Instance, sphere: &Sphere) -> Result<()
         kind: "instance",
         index,
         name: instance.name.clone(),
-        field: "transform of the sphere".to_owned(),
+        field: "transform".to_owned(),
         value: format!("one to {center} with a radius of {radius}"),
         expected: "coordinates and a radius below 1e18 were expected, the radius above 0".to_owned(),
     })

@@ -249,7 +249,7 @@ impl Tracer<'_> {
             let u = self.caustic_numbers.next_2d().as_dvec2();
             seen.seed.tilt(i, Tilt::sample(seen.seed.vertices()[i].ns, alpha, u));
         }
-        let start = self.walks.connections.is_multiple_of(TIMED).then(Instant::now);
+        let start = self.start_clock(0);
         let settings = self.walk_settings(b);
         let known = self.chain(a, b, seen, &settings);
         let probability = self.search_probability(b, seen);
@@ -264,6 +264,13 @@ impl Tracer<'_> {
         self.walks.nanoseconds[0] += start.map_or(0, |s| TIMED * s.elapsed().as_nanos() as u64);
         self.walks.connected += u64::from(known.is_some() || other.is_some());
         [known, other]
+    }
+
+    /// Now, once in [`TIMED`] connections (0) or checks (1), the first included.
+    fn start_clock(&mut self, kind: usize) -> Option<Instant> {
+        let timed = self.begun[kind].is_multiple_of(TIMED);
+        self.begun[kind] += 1;
+        timed.then(Instant::now)
     }
 
     /// Whether a connection of `a` and `b` would have found a chain that was sampled: through `shapes`,
@@ -295,7 +302,7 @@ impl Tracer<'_> {
             }
             _ => (walk, SAME_CHAIN),
         };
-        let start = self.walks.checks.is_multiple_of(TIMED).then(Instant::now);
+        let start = self.start_clock(1);
         let like = |edge: &CausticEdge| edge.leaves_like(first, last, close);
         let known = self.chain(a, b, &seen, &settings);
         let probability = self.search_probability(b, &seen);

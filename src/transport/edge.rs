@@ -162,7 +162,9 @@ impl Tracer<'_> {
             Departure::Light => {
                 let Some(start) = &self.light_start else { return };
                 let densities = self.lights.densities(&self.world.shapes, start.light, &start.at, direction, receiver);
-                edge.forward = densities.direction;
+                // At grazing angles the rounded ends may put the receiver behind the light.
+                let sampled = start.densities.direction;
+                edge.forward = if densities.direction > 0.0 { densities.direction } else { sampled };
                 if let Endpoint::Surface(at) = &start.at {
                     edge.cos = at.ng.dot(direction).abs() as f64;
                 }

@@ -29,6 +29,9 @@ use std::sync::atomic::AtomicBool;
 /// of an image, free of roulette noise.
 const ROULETTE_FREE_EVENTS: u32 = 3;
 
+/// Square of the angle up to which a segment's direction is taken from its ends: rounding stays far below.
+const STRAIGHT: f32 = 1e-6;
+
 /// A camera path that ran into a light: the technique s = 0.
 #[derive(Clone, Copy, Debug)]
 pub struct EmitterHit {
@@ -116,8 +119,10 @@ pub struct Tracer<'w> {
     pub emitter_hits: Vec<EmitterHit>,
     /// Rays so far.
     pub rays: RayCount,
-    /// Manifold walks so far.
+    /// Manifold walks since a tile took the last ones.
     pub walks: WalkCount,
+    /// Connections and checks through glass so far, of which some are timed.
+    pub(super) begun: [u64; 2],
     /// Whether caustic connections are made: see [`Tracer::connect_through_glass`].
     pub(super) caustics: bool,
     /// All lights, as this tracer sees them: their emission may be aimed.
@@ -189,6 +194,7 @@ impl<'w> Tracer<'w> {
             emitter_hits: Vec::with_capacity(room),
             rays: RayCount::default(),
             walks: WalkCount::default(),
+            begun: [0; 2],
             caustics: false,
             lights: world.lights.clone(),
             aim: None,
@@ -321,8 +327,10 @@ impl<'w> Tracer<'w> {
                     (walk.ray.direction, 0.0)
                 } else {
                     let (d, d2) = segment(edge.origin, at.p);
-                    // A coincidence of the ends has no direction; the sampled one will do.
-                    if d2 > 0.0 { (d, d2) } else { (walk.ray.direction, d2) }
+                    // A coincidence of the ends has no direction, and across a gap as narrow as the offset of the ray's
+                    // origin it is bent toward the normal: there, the sampled one.
+                    let bend = (d - walk.ray.direction).length_squared();
+                    (if bend < STRAIGHT { d } else { walk.ray.direction }, d2)
                 }
             } else {
                 (walk.ray.direction, 0.0)

@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 #if defined(__x86_64__)
@@ -249,6 +250,64 @@ static void asynchronous(void) {
     TRUE(alone());
 }
 
+/* A render that fails after it was started: each call says so, and one message. */
+static void failing(void) {
+    caustica_render_desc desc = request(1);
+    caustica_render_job render;
+    caustica_progress progress = {.struct_size = sizeof progress};
+    caustica_detail detail = {.struct_size = sizeof detail};
+    caustica_pixels pixels = {.struct_size = sizeof pixels, .format = CAUSTICA_FORMAT_RGB_F32};
+    struct rlimit before, little;
+    unsigned long pages = 0;
+    const int errors = messages[CAUSTICA_SEVERITY_ERROR];
+    FILE* statm = fopen("/proc/self/statm", "r");
+    TRUE(statm != NULL && fscanf(statm, "%lu", &pages) == 1);
+    fclose(statm);
+    TRUE(getrlimit(RLIMIT_AS, &before) == 0);
+    little = before;
+    little.rlim_cur = (rlim_t)pages * (rlim_t)sysconf(_SC_PAGESIZE) + ((rlim_t)1 << 30);
+    TRUE(setrlimit(RLIMIT_AS, &little) == 0);
+    desc.width = desc.height = 20000; /* several gigabytes */
+    OK(caustica_render_start(device, &desc, &render));
+    OK(caustica_render_wait(device, render, -1));
+    TRUE(setrlimit(RLIMIT_AS, &before) == 0);
+    OK(caustica_render_poll(device, render, &progress));
+    TRUE(progress.state == CAUSTICA_STATE_FAILED);
+    TRUE(caustica_render_result(device, render, NULL) == CAUSTICA_ERROR_OUT_OF_MEMORY);
+    TRUE(caustica_render_read(device, render, &pixels) == CAUSTICA_ERROR_OUT_OF_MEMORY);
+    TRUE(caustica_render_write(device, render, "failed.exr") == CAUSTICA_ERROR_OUT_OF_MEMORY);
+    TRUE(messages[CAUSTICA_SEVERITY_ERROR] == errors + 1);
+    TRUE(strstr(last_message, "20000x20000") != NULL);
+    /* What the message callback does wrong is not what the call failed of. */
+    TRUE(caustica_render_wait(device, render, 0.0 / 0.0) == CAUSTICA_ERROR_INVALID_ARGUMENT);
+    TRUE(messages[CAUSTICA_SEVERITY_ERROR] == errors + 2);
+    OK(caustica_last_error(device, &detail));
+    TRUE(detail.code == CAUSTICA_ERROR_INVALID_ARGUMENT && strcmp(detail.parameter, "timeout_seconds") == 0);
+    messages[CAUSTICA_SEVERITY_ERROR] = errors;
+    OK(caustica_render_release(device, render));
+}
+
+/* What was cancelled before its first pass has no image. */
+static void nothing_yet(void) {
+    struct observer observer = {pthread_self(), 0, 1, 0};
+    caustica_render_desc desc = request(100000000);
+    caustica_render_job render;
+    caustica_statistics statistics = {.struct_size = sizeof statistics};
+    caustica_pixels pixels = {.struct_size = sizeof pixels, .format = CAUSTICA_FORMAT_RGB_F32};
+    const int errors = messages[CAUSTICA_SEVERITY_ERROR];
+    static float shown[40 * 30 * 3];
+    desc.progress = on_progress;
+    desc.user = &observer;
+    TRUE(caustica_render(device, &desc, &render) == CAUSTICA_CANCELLED);
+    TRUE(caustica_render_result(device, render, &statistics) == CAUSTICA_CANCELLED && statistics.samples == 0);
+    pixels.data = shown;
+    pixels.size = sizeof shown;
+    TRUE(caustica_render_read(device, render, &pixels) == CAUSTICA_ERROR_WRONG_STATE);
+    TRUE(caustica_render_write(device, render, "nothing.exr") == CAUSTICA_ERROR_WRONG_STATE);
+    messages[CAUSTICA_SEVERITY_ERROR] = errors;
+    OK(caustica_render_release(device, render));
+}
+
 /* A render keeps the snapshot it started with, and an edit shows after the next commit only. */
 static void snapshots(uint64_t before) {
     const double moved[12] = {1, 0, 0, 0.5, 0, 1, 0, 0, 0, 0, 1, 0};
@@ -393,6 +452,8 @@ int main(void) {
 
     callbacks();
     asynchronous();
+    failing();
+    nothing_yet();
     options(h);
     snapshots(h);
     limits();

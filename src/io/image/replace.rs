@@ -20,12 +20,12 @@ pub(super) struct Pending {
 /// its owner: directories, devices, write-protected files.
 pub(super) fn begin(path: &Path) -> Result<Pending, ImageError> {
     let error = |source| ImageError::Io { path: path.into(), action: "write", source };
-    let target = match fs::canonicalize(path) {
+    let (target, replaced) = match fs::canonicalize(path) {
         Ok(target) => {
-            may_replace(&target).map_err(error)?;
-            target
+            let permissions = may_replace(&target).map_err(error)?;
+            (target, Some(permissions))
         }
-        Err(e) if e.kind() == io::ErrorKind::NotFound => path.to_owned(),
+        Err(e) if e.kind() == io::ErrorKind::NotFound => (path.to_owned(), None),
         Err(e) => return Err(error(e)),
     };
     let directory = match target.parent() {
@@ -43,10 +43,14 @@ pub(super) fn begin(path: &Path) -> Result<Pending, ImageError> {
         .permissions(Permissions::from_mode(0o666))
         .tempfile_in(directory)
         .map_err(error)?;
+    if let Some(permissions) = replaced {
+        part.as_file().set_permissions(permissions).map_err(error)?;
+    }
     Ok(Pending { part, target, path: path.to_owned() })
 }
 
-fn may_replace(target: &Path) -> io::Result<()> {
+/// What the file to be replaced permits.
+fn may_replace(target: &Path) -> io::Result<Permissions> {
     let known = fs::metadata(target)?;
     if !known.is_file() {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is not a regular file"));
@@ -55,7 +59,8 @@ fn may_replace(target: &Path) -> io::Result<()> {
     if known.permissions().readonly() {
         return Err(io::Error::new(io::ErrorKind::PermissionDenied, "the file is write-protected"));
     }
-    OpenOptions::new().append(true).open(target).map(drop)
+    OpenOptions::new().append(true).open(target)?;
+    Ok(known.permissions())
 }
 
 impl Pending {
