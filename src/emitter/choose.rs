@@ -3,6 +3,7 @@
 use super::tree::{Place, Tree};
 use crate::math::{Discrete, mix};
 use glam::Vec3;
+use std::sync::Arc;
 
 /// Share of the choices that ignores power. A lamp beside the sun has a share of the power below the
 /// resolution of a random number; chosen by power alone it would never light the room that the
@@ -25,7 +26,7 @@ const EMISSION_SHARE: f64 = 0.1;
 #[derive(Clone, Debug)]
 pub(super) struct Choice {
     emission: Discrete,
-    reception: Option<Reception>,
+    reception: Option<Arc<Reception>>,
 }
 
 /// The choice for a receiver.
@@ -81,7 +82,7 @@ impl Choice {
         });
         let emission = Discrete::new(steps)?;
         let reception = Reception::new(powers, &emission);
-        Some(Choice { emission, reception })
+        Some(Choice { emission, reception: reception.map(Arc::new) })
     }
 
     /// A light that emits, for a uniform number in `[0, 1)`: `P`.

@@ -3,7 +3,8 @@
 
 use crate::geometry::Ray;
 use crate::intersect::bounds::Bounds;
-use glam::{Vec3, Vec4};
+use crate::math::mix;
+use glam::{Vec3, Vec3A, Vec4};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::{Bvh2, reinsertion::ReinsertionOptimizer};
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
@@ -173,7 +174,8 @@ impl Node {
     }
 }
 
-/// obvhs's binary tree, over boxes brought into the unit cube so that its areas cannot overflow.
+/// obvhs's binary tree, over boxes brought into the unit cube so that its areas cannot overflow, and moved by a millionth
+/// of it at random: equal boxes would be merged one by one, in quadratic time.
 fn binary(boxes: &[Bounds]) -> Result<Bvh2, TryReserveError> {
     let all = boxes.iter().fold(Bounds::EMPTY, |a, b| a.union(*b));
     let (low, extent) = (all.lo.as_dvec3(), (all.hi.as_dvec3() - all.lo.as_dvec3()).max_element());
@@ -181,7 +183,11 @@ fn binary(boxes: &[Bounds]) -> Result<Bvh2, TryReserveError> {
     let unit = |p: Vec3| ((p.as_dvec3() - low) * scale).as_vec3a();
     let mut scaled = Vec::new();
     scaled.try_reserve_exact(boxes.len())?;
-    scaled.extend(boxes.iter().map(|b| Aabb { min: unit(b.lo), max: unit(b.hi) }));
+    scaled.extend((0..).zip(boxes).map(|(i, b)| {
+        let digits = mix(i);
+        let moved = Vec3A::from([0, 21, 42].map(|shift| (digits >> shift & 0xfffff) as f32 * 1e-12));
+        Aabb { min: unit(b.lo) + moved, max: unit(b.hi) + moved }
+    }));
     let indices = (0..boxes.len() as u32).collect();
     let mut tree = PlocBuilder::with_capacity(boxes.len()).build(
         PlocSearchDistance::Medium,
@@ -246,4 +252,23 @@ fn widen(tree: &Bvh2, exact: &[Bounds], root: u32) -> Vec<u32> {
         children.push(opened + 1);
     }
     children
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Quadratic time would be minutes.
+    #[test]
+    fn tens_of_thousands_of_equal_boxes() {
+        let boxes = vec![Bounds { lo: Vec3::ZERO, hi: Vec3::ONE }; 40_000];
+        let (tree, order) = Wide::build(&boxes).unwrap();
+        assert_eq!(order.len(), boxes.len());
+        let mut met = 0;
+        tree.walk(&Ray { origin: Vec3::splat(-1.0), direction: Vec3::ONE, t_max: 9.0 }, |_, t_max| {
+            met += 1;
+            ControlFlow::Continue(t_max)
+        });
+        assert_eq!(met, boxes.len());
+    }
 }
