@@ -548,7 +548,8 @@ caustica_result caustica_render_read(caustica_device* device, caustica_render_jo
 
 /* Writes the image of a render that is over to a file, whose format its extension names: .exr (16-bit half)
  * is always there; .tif (32-bit float), .hdr, and .png and .jpg (8-bit sRGB, cut at 1) need OpenImageIO. For
- * all bits: caustica_render_read. On an error a file that was there before is as it was. */
+ * all bits: caustica_render_read. CAUSTICA_ERROR_WRONG_STATE while it runs, or if it was cancelled before its first
+ * whole pass. On an error a file that was there before is as it was. */
 caustica_result caustica_render_write(caustica_device* device, caustica_render_job render, const char* path);
 
 /* Gives a render and its image up. One that runs is cancelled and waited for. */

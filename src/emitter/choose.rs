@@ -18,7 +18,8 @@ const STEPS: f64 = (1 << 23) as f64;
 pub const MOST_LIGHTS: usize = 1 << 22;
 
 /// Share of the choices for a receiver that are made as for emission. Which light reaches it is not known: one behind
-/// glass that gathers its light, or alone in its room, may matter more than its distance says.
+/// glass that gathers its light, or alone in its room, may matter more than its distance says; a tenth bounds what a wrong
+/// guess weighs at ten times, and costs little where the guess is right (docs/decisions/0007).
 const EMISSION_SHARE: f64 = 0.1;
 
 /// Chooses a light: for emission by emitted power, mixed with a uniform choice; for a receiver by what arrives there, if

@@ -68,7 +68,7 @@ impl Mesh {
     /// barycentrics in f32 move it by roundings of the triangle's size, which may be more than what stands on it.
     #[inline]
     pub fn surface_along(&self, ray: &Ray, triangle: u32, u: f32, v: f32) -> SurfacePoint {
-        /// How far f32 may be off, where it is not the triangle that is too narrow to say.
+        /// Far above the rounding of f32 but for needles and grazing rays, whose hits stay as the ray tracer has them.
         const NEAR: f64 = 1e-3;
         self.surface_at(triangle, |[p0, e1, e2, m]| {
             let near = (f64::from(u), f64::from(v));

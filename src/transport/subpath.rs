@@ -29,7 +29,9 @@ use std::sync::atomic::AtomicBool;
 /// of an image, free of roulette noise.
 const ROULETTE_FREE_EVENTS: u32 = 3;
 
-/// Square of the angle up to which a segment's direction is taken from its ends: rounding stays far below.
+/// Square of the angle up to which a segment's direction is taken from its ends. Rounding of the ends bends by less than
+/// this thousandth of a radian, unless the segment is shorter than some 1e-4 of the distance to the world's origin; the offset
+/// of a ray's origin bends by more, where it is a thousandth of the segment.
 const STRAIGHT: f32 = 1e-6;
 
 /// A camera path that ran into a light: the technique s = 0.
