@@ -165,7 +165,8 @@ typedef void (*caustica_message_callback)(void* user, uint32_t severity, const c
 
 typedef struct caustica_device_options {
     uint32_t struct_size;
-    uint32_t version;     /* CAUSTICA_VERSION, required: tells the library which header this is */
+    uint32_t version;     /* CAUSTICA_VERSION, required: tells the library which header this is; before 1.0 the
+                             minor versions must be equal, from then on the header's may be older */
     uint32_t num_threads; /* per commit and per render, at most 4096; 0: as many as the process may use */
     uint32_t backend;     /* CAUSTICA_BACKEND_ */
     caustica_message_callback message; /* or NULL */
