@@ -538,12 +538,12 @@ typedef struct caustica_pixels {
     void* data;          /* any alignment */
     uint64_t size;       /* bytes at `data`; checked */
     uint64_t row_stride; /* bytes from one row to the next; 0: no gap */
+    uint32_t* samples;   /* or NULL; written: samples per pixel of the image that is copied */
 } caustica_pixels;
 
 /* Copies the image to the host's memory: of a render that is over, or of one that runs the average over its
- * whole passes so far (caustica_progress: samples). CAUSTICA_ERROR_WRONG_STATE while there is none, or if the
- * render was cancelled before the first.
- * Callback-safe. */
+ * whole passes so far. CAUSTICA_ERROR_WRONG_STATE while there is none, or if the render was cancelled before the
+ * first. Callback-safe. */
 caustica_result caustica_render_read(caustica_device* device, caustica_render_job render,
                                      const caustica_pixels* pixels);
 

@@ -211,7 +211,7 @@ fn both_sides_agree_on_layouts_and_constants() {
             caustics, aimed, aim_forecast_variance, aim_forecast_work, light_subpaths,
             seeds, search, backend
         }
-        caustica_pixels = capi::pixels::Pixels { struct_size, format, data, size, row_stride }
+        caustica_pixels = capi::pixels::Pixels { struct_size, format, data, size, row_stride, samples }
     };
     constants! { rust,
         error {

@@ -30,12 +30,14 @@ pub struct Pixels {
     pub size: u64,
     /// Bytes from one row to the next; 0 for no gap.
     pub row_stride: u64,
+    /// Where to write the number of samples per pixel, or null.
+    pub samples: *mut u32,
 }
 
 // SAFETY: `repr(C)`, `u32` first, integers and pointers only.
 unsafe impl Sized32 for Pixels {
     const NAME: &'static str = "caustica_pixels";
-    const FIRST_SIZE: usize = 32;
+    const FIRST_SIZE: usize = 40;
 }
 
 /// `caustica_statistics`.
@@ -171,13 +173,13 @@ fn read(device: &Arc<Device>, render: Handle<Render>, pixels: In<Pixels>) -> Res
     let target = pixels.read("pixels")?;
     let object = device.renders.get(render)?;
     let copied = match object.so_far()? {
-        Ok(finished) => finished.output().and_then(|output| copy(&output.image, &target)),
-        Err(image) => copy(&image, &target),
+        Ok(finished) => finished.output().and_then(|o| copy(&o.image, o.statistics.samples, &target)),
+        Err((image, samples)) => copy(&image, samples, &target),
     };
     copied.map_err(|failure| failure.object_if_none(OBJECT_RENDER, render.id(), ""))
 }
 
-fn copy(image: &Image, target: &Pixels) -> Result<i32, Failure> {
+fn copy(image: &Image, samples: u32, target: &Pixels) -> Result<i32, Failure> {
     let channels: u64 = match target.format {
         FORMAT_RGB_F32 => 3,
         FORMAT_RGBA_F32 => 4,
@@ -210,6 +212,10 @@ fn copy(image: &Image, target: &Pixels) -> Result<i32, Failure> {
                 }
             }
         }
+    }
+    if !target.samples.is_null() {
+        // SAFETY: the host says that a `uint32_t` is writable there.
+        unsafe { target.samples.write_unaligned(samples) };
     }
     Ok(OK)
 }

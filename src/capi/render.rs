@@ -200,12 +200,12 @@ impl Render {
         finished.ok_or_else(|| self.running("the render is running"))
     }
 
-    /// What came of it, or the image of its whole passes while it runs.
-    pub(super) fn so_far(&self) -> Result<Result<Arc<Finished>, Image>, Failure> {
+    /// What came of it, or the image of its whole passes while it runs, and their number.
+    pub(super) fn so_far(&self) -> Result<Result<Arc<Finished>, (Image, u32)>, Failure> {
         // A render that ends in between shows nothing, and has finished after that.
         match (self.preview.image()?, self.finished()) {
             (_, Ok(finished)) => Ok(Ok(finished)),
-            (Some(image), Err(_)) => Ok(Err(image)),
+            (Some(so_far), Err(_)) => Ok(Err(so_far)),
             (None, Err(_)) => Err(self.running("the render has no whole pass yet")),
         }
     }

@@ -276,10 +276,11 @@ impl Passes {
         (state.film.passes, state.film.noise)
     }
 
-    /// The average over the passes so far, if there are any.
-    pub fn image(&self) -> Result<Option<Image>, RenderError> {
+    /// The average over the passes so far, if there are any, and their number.
+    pub fn image(&self) -> Result<Option<(Image, u32)>, RenderError> {
         let state = self.lock();
-        if state.film.passes > 0 { state.film.copy().map(Some) } else { Ok(None) }
+        let passes = state.film.passes;
+        if passes > 0 { state.film.copy().map(|image| Some((image, passes))) } else { Ok(None) }
     }
 
     /// The images and the counts. Nothing is left.

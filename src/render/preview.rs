@@ -15,9 +15,9 @@ impl Preview {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Arc::downgrade(passes);
     }
 
-    /// The average over the whole passes so far; `None` before the first and after the end. Workers that finish a tile
-    /// wait meanwhile.
-    pub fn image(&self) -> Result<Option<Image>, RenderError> {
+    /// The average over the whole passes so far, and their number; `None` before the first and after the end. Workers that
+    /// finish a tile wait meanwhile.
+    pub fn image(&self) -> Result<Option<(Image, u32)>, RenderError> {
         let passes = self.0.lock().unwrap_or_else(PoisonError::into_inner).upgrade();
         passes.map_or(Ok(None), |passes| passes.image())
     }

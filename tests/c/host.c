@@ -212,6 +212,7 @@ static void asynchronous(void) {
     caustica_statistics statistics = {.struct_size = sizeof statistics};
     caustica_pixels pixels;
     static float shown[40 * 30 * 3];
+    uint32_t samples = 0;
     double sum = 0;
     size_t i;
     memset(&pixels, 0, sizeof pixels);
@@ -231,9 +232,10 @@ static void asynchronous(void) {
     pixels.format = CAUSTICA_FORMAT_RGB_F32;
     pixels.data = shown;
     pixels.size = sizeof shown;
+    pixels.samples = &samples;
     OK(caustica_render_read(device, render, &pixels));
     for (i = 0; i < sizeof shown / sizeof *shown; ++i) sum += shown[i];
-    TRUE(sum > 0);
+    TRUE(sum > 0 && samples >= progress.samples);
     OK(caustica_render_cancel(device, render));
     OK(caustica_render_cancel(device, render));
     OK(caustica_render_wait(device, render, -1));
@@ -242,6 +244,8 @@ static void asynchronous(void) {
     OK(caustica_render_poll(device, render, &progress));
     TRUE(progress.state == CAUSTICA_STATE_CANCELLED);
     TRUE(progress.samples == statistics.samples && progress.elapsed_seconds == statistics.render_seconds);
+    OK(caustica_render_read(device, render, &pixels));
+    TRUE(samples == statistics.samples);
     OK(caustica_render_release(device, render));
 
     /* Released while it runs. */
