@@ -76,16 +76,16 @@ fn what_is_shown_while_it_renders_is_the_image_of_as_many_samples() {
     let (cancel, preview, shown) = (Cancel::default(), Preview::default(), Mutex::new(None));
     assert!(preview.image().expect("memory").is_none());
     let progress = |p: Progress| {
-        let image = preview.image().expect("memory");
-        assert_eq!(image.is_some(), p.samples > 0);
-        if let Some(image) = image {
-            *shown.lock().unwrap() = Some((p.samples, image));
+        let so_far = preview.image().expect("memory");
+        assert_eq!(so_far.as_ref().map_or(0, |(_, samples)| *samples), p.samples);
+        if so_far.is_some() {
+            *shown.lock().unwrap() = so_far;
             cancel.cancel();
         }
     };
     render_shown(&world, &request(1 << 20), &cancel, &progress, &preview).expect("a render");
     assert!(preview.image().expect("memory").is_none());
-    let (samples, image) = shown.lock().unwrap().take().expect("a report with samples");
+    let (image, samples) = shown.lock().unwrap().take().expect("a report with samples");
     assert_eq!(image, common::run(&world, &request(samples)).image);
 }
 
