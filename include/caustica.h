@@ -33,8 +33,9 @@
  *             kilobytes are missing, the process ends, as Rust programs do.
  * Threads.    Any thread may call any function. Calls on different objects run concurrently; to add to,
  *             remove from, load into, commit or release a scene, to set its environment or to ask for its
- *             cameras gives CAUSTICA_ERROR_BUSY while another thread does one of these. Setting an
- *             instance, light, camera or material does not: during a commit it may or may not be in the
+ *             cameras gives CAUSTICA_ERROR_BUSY while another thread does one of these. But a commit copies the
+ *             scene first: while it builds, only another commit and the release of the scene are busy. Setting an
+ *             instance, light, camera or material never is: during the copy it may or may not be in the
  *             snapshot. A device must not be used any more when its release begins.
  *             A calling thread needs 256 kB of stack. The threads of a render have the signal mask of the one
  *             that starts it.
@@ -159,7 +160,8 @@ enum {
 enum { CAUSTICA_SEVERITY_INFO = 1, CAUSTICA_SEVERITY_WARNING = 2, CAUSTICA_SEVERITY_ERROR = 3 };
 
 /* Receives what renders of a scene cannot find (info), warnings, and every error that a call or a render on the
- * device ends with. Called on the thread of that call, or on the render's thread: possibly on several at once.
+ * device ends with, but not CAUSTICA_ERROR_BUSY nor that a render still runs or has no image yet: a host may try these as
+ * often as it likes. What a commit says is not said again by the next of the same scene. Called on the thread of that call, or on the render's thread: possibly on several at once.
  * `detail` is valid during the call. */
 typedef void (*caustica_message_callback)(void* user, uint32_t severity, const caustica_detail* detail);
 
@@ -292,10 +294,12 @@ caustica_result caustica_instance_remove(caustica_device* device, caustica_insta
 
 typedef struct caustica_commit_report {
     uint32_t struct_size;
-    uint32_t warning_count;  /* each was a message */
+    uint32_t warning_count;  /* each was a message, of this commit or of an earlier one */
     uint64_t triangle_count; /* in world space: of every instance */
     uint64_t scene_hash;     /* equal for equal scenes */
     double seconds;
+    double center[3];        /* of a sphere around all instances; without any, 0 */
+    double radius;           /* of that sphere; without any, 1 */
 } caustica_commit_report;
 
 /* Checks the scene, builds, and makes the snapshot that later renders use. It is here that the values of
@@ -366,6 +370,9 @@ caustica_result caustica_scene_camera(caustica_device* device, caustica_scene sc
 /* Replaces all values. */
 caustica_result caustica_camera_set(caustica_device* device, caustica_camera camera, const caustica_camera_desc* desc);
 
+/* Its values, as they are since the last change, committed or not; of a loaded file's, too. `name` becomes NULL. */
+caustica_result caustica_camera_get(caustica_device* device, caustica_camera camera, caustica_camera_desc* desc);
+
 /* Takes it out of its scene; the handle ends. */
 caustica_result caustica_camera_remove(caustica_device* device, caustica_camera camera);
 
@@ -395,8 +402,10 @@ typedef struct caustica_progress {
     uint32_t samples;  /* whole passes: samples per pixel so far */
     uint64_t rays;     /* traced so far */
     double elapsed_seconds;
-    float noise;       /* estimated relative standard error of the image; NaN before the second pass */
+    float noise;       /* estimated relative standard error of the image, as of the last pass that was one to estimate
+                          after, like all powers of two; NaN before the second */
     uint32_t reserved;
+    caustica_render_job render; /* whose it is; with caustica_render valid during its callback, too */
 } caustica_progress;
 
 /* Called from a thread of the render, one at a time, at most ten times a second, first with fraction 0
@@ -448,8 +457,8 @@ typedef struct caustica_render_desc {
     uint32_t integrator;    /* CAUSTICA_INTEGRATOR_ */
     caustica_scene scene;   /* its last commit is rendered */
     caustica_camera camera; /* one that was in it at the commit; id 0: the first */
-    uint32_t width;         /* pixels, at most 65536; 0: 512 */
-    uint32_t height;        /* pixels; 0: 512 */
+    uint32_t width;         /* pixels, at most 65536; 0 in both: 512 */
+    uint32_t height;        /* pixels */
     uint32_t samples;       /* per pixel; 0: 64, with a time limit as many as fit */
     uint32_t max_depth;     /* segments of the longest path, 1 is light seen directly, at most 1024; 0: 12 */
     uint64_t seed;          /* selects the random numbers; the image depends on it and not on threads, but on the
@@ -469,7 +478,12 @@ typedef struct caustica_render_desc {
  * it. In both cases `render` is written, holds the image and is to be released. */
 caustica_result caustica_render(caustica_device* device, const caustica_render_desc* desc, caustica_render_job* render);
 
-/* Starts a render and returns at once. What is wrong with the request is told here, a later failure by
+/* Viewports: an image is shown soonest if a small one, of a few thousand pixels, comes before the whole, by
+ * CAUSTICA_INTEGRATOR_PATH or _BDPT_PLAIN, since the others draw samples before their first pass, some tenths of a second
+ * of a thread. For the next edit, cancel, change, commit and start again: the render that was cancelled ends by itself,
+ * in milliseconds, and can be released later. A scene's commit may run on a thread of its own, while it is changed.
+ *
+ * Starts a render and returns at once. What is wrong with the request is told here, a later failure by
  * caustica_render_result. */
 caustica_result caustica_render_start(caustica_device* device, const caustica_render_desc* desc,
                                       caustica_render_job* render);
@@ -518,6 +532,10 @@ typedef struct caustica_statistics {
     float light_subpaths;       /* per sample */
     uint32_t seeds;             /* most walks from one pair of ends, to lights that can be hit; 0 without connections */
     float search;               /* probability with which a connection searched for one more path, likewise; 0: never */
+    float seeds_forecast_variance; /* caustics' variance with one walk from a pair of ends over that with more */
+    float seeds_forecast_work;  /* work with more over that with one, per sample; both NaN if not forecast */
+    float search_forecast_variance; /* caustics' variance without searches over that with them, per sample */
+    float search_forecast_work; /* work with them over that without, per sample; both NaN if not forecast */
     char backend[64];           /* the ray tracer */
 } caustica_statistics;
 

@@ -186,14 +186,14 @@ fn both_sides_agree_on_layouts_and_constants() {
             specular, specular_color, transmission, solid, emission, emission_two_sided, walked_roughness
         }
         caustica_commit_report = capi::scene::CommitReport {
-            struct_size, warning_count, triangle_count, scene_hash, seconds
+            struct_size, warning_count, triangle_count, scene_hash, seconds, center, radius
         }
         caustica_light_desc = capi::light::LightDesc {
             struct_size, kind, name, position, direction, inner_angle, outer_angle, intensity, reserved
         }
         caustica_camera_desc = capi::camera::CameraDesc { struct_size, projection, name, transform, yfov, ymag }
         caustica_progress = capi::render::Progress {
-            struct_size, state, fraction, samples, rays, elapsed_seconds, noise, reserved
+            struct_size, state, fraction, samples, rays, elapsed_seconds, noise, reserved, render
         }
         caustica_render_desc = capi::render::RenderDesc {
             struct_size, integrator, scene, camera, width, height, samples, max_depth, seed, time_limit_seconds,
@@ -209,7 +209,8 @@ fn both_sides_agree_on_layouts_and_constants() {
             spared_walks, forecast_variance, forecast_work, non_finite, first_non_finite_pixel,
             first_non_finite_sample, commit_seconds, render_seconds, scene_bytes, film_bytes, threads, noise,
             caustics, aimed, aim_forecast_variance, aim_forecast_work, light_subpaths,
-            seeds, search, backend
+            seeds, search, seeds_forecast_variance, seeds_forecast_work, search_forecast_variance,
+            search_forecast_work, backend
         }
         caustica_pixels = capi::pixels::Pixels { struct_size, format, data, size, row_stride, samples }
     };

@@ -7,7 +7,7 @@ use caustica::intersect::Backend;
 use caustica::math::Rgb;
 use caustica::render::preview::Preview;
 use caustica::render::{Cancel, Integrator, Progress, RenderError, Settings, TechniqueImages, render, render_shown};
-use caustica::scene::description::Geometry;
+use caustica::scene::description::{Geometry, LightKind};
 use caustica::scene::{CommitOptions, World};
 use common::{Builder, settings};
 use glam::{DVec3, Vec3};
@@ -66,6 +66,39 @@ fn a_commit_shares_shapes_and_ray_tracer_where_these_stay() {
     let obvhs = CommitOptions { backend: Backend::Obvhs, ..CommitOptions::default() };
     let after = World::commit_after(Some(&before), &scene().0, obvhs).expect("a scene");
     assert_eq!(Arc::ptr_eq(&before.intersector, &after.intersector), Backend::default() == Backend::Obvhs);
+}
+
+/// The media around lights are taken from the commit before only where they are the same.
+#[test]
+fn a_commit_knows_the_media_around_lights_anew() {
+    type Edit = fn(&mut Builder);
+    let point = |y: f64| LightKind::Point { position: DVec3::new(0.0, y, 0.2), intensity: Rgb::ONE };
+    let edits: [(&str, Edit); 5] = [
+        ("index", |b| {
+            let other = b.glass(1.33, 0.0);
+            b.0.materials[1] = b.0.materials[other].clone();
+        }),
+        ("no glass", |b| b.0.materials[1] = b.0.materials[0].clone()),
+        ("the other lamp", |b| (b.0.instances[2].material, b.0.instances[3].material) = (0, 2)),
+        ("a light moves out", |b| {
+            b.0.lights[0].kind = LightKind::Point { position: DVec3::Y * 2.0, intensity: Rgb::ONE }
+        }),
+        ("camera", |b| b.0.cameras[0].transform.translation.x += 0.3),
+    ];
+    for (what, edit) in edits {
+        let mut b = scene();
+        let (white, murky) = (0, b.absorbing(1.5, Rgb::splat(2.0)));
+        b.0.materials[1] = b.0.materials[murky].clone();
+        b.quad(Vec3::new(-0.1, 0.6, -0.1), Vec3::X * 0.2, Vec3::Z * 0.2, white);
+        (b.0.instances[2].material, b.0.instances[3].material) = (2, 0);
+        b.light(point(0.7));
+        let before = b.commit();
+        edit(&mut b);
+        let after = World::commit_after(Some(&before), &b.0, CommitOptions::default()).expect("a scene");
+        let image = |world: &World| common::run(world, &settings(Integrator::Bdpt, 24, 4, 3)).image;
+        assert!(Arc::ptr_eq(&before.shapes, &after.shapes), "{what}");
+        assert!(image(&after) == image(&b.commit()), "{what}");
+    }
 }
 
 #[test]

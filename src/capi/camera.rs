@@ -4,8 +4,8 @@ use super::device::Device;
 use super::error::{Failure, OBJECT_CAMERA, OK};
 use super::guard;
 use super::handle::{Handle, Kind};
-use super::instance::transform;
-use super::pointer::{In, MAX_NAME, Out, Sized32, Text};
+use super::instance::{rows, transform};
+use super::pointer::{In, MAX_NAME, Out, OutStruct, Sized32, Text};
 use super::scene::Scene;
 use crate::scene::description::{self, Projection};
 use std::sync::{Arc, Mutex, Weak};
@@ -81,6 +81,9 @@ guard::export! {
     /// Replaces all values.
     fn caustica_camera_set(device, camera: Handle<Camera>, desc: In<CameraDesc>) = set;
 
+    /// Its values.
+    fn caustica_camera_get(device, camera: Handle<Camera>, desc: OutStruct<CameraDesc>) = get;
+
     /// Takes it out of its scene.
     fn caustica_camera_remove(device, camera: Handle<Camera>) = remove;
 }
@@ -122,6 +125,18 @@ fn set(device: &Arc<Device>, camera: Handle<Camera>, desc: In<CameraDesc>) -> Re
     let object = device.cameras.get(camera)?;
     let state = read(desc, object.id)?;
     *object.state.lock().map_err(|_| object.broken())? = state;
+    Ok(OK)
+}
+
+fn get(device: &Arc<Device>, camera: Handle<Camera>, desc: OutStruct<CameraDesc>) -> Result<i32, Failure> {
+    let place = desc.required("desc")?;
+    let state = device.cameras.get(camera)?.describe()?;
+    let (projection, yfov, ymag) = match state.projection {
+        Projection::Perspective { yfov } => (CAMERA_PERSPECTIVE, yfov, 0.0),
+        Projection::Orthographic { ymag } => (CAMERA_ORTHOGRAPHIC, 0.0, ymag),
+    };
+    let transform = rows(&state.transform);
+    place.write(&CameraDesc { struct_size: 0, projection, name: Text::NULL, transform, yfov, ymag });
     Ok(OK)
 }
 

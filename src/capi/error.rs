@@ -101,7 +101,7 @@ pub(super) struct Failure {
     pub(super) parameter: String,
     pub(super) index: u64,
     pub(super) text: String,
-    /// Whether it was sent as a message.
+    /// Whether it was sent as a message, or is none for it.
     pub(super) told: bool,
 }
 
@@ -118,6 +118,11 @@ impl Failure {
             text: text.into(),
             told: false,
         }
+    }
+
+    /// What a host that asks again and again runs into is returned, and no message.
+    pub(super) fn expected(self) -> Failure {
+        Failure { told: true, ..self }
     }
 
     fn of_parameter(code: i32, parameter: &str, text: impl AsRef<str>) -> Failure {

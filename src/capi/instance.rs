@@ -183,6 +183,14 @@ pub(super) fn transform(parameter: &'static str, matrix: Option<[f64; 12]>) -> R
     Ok(DAffine3 { matrix3: DMat3::from_cols(column(0), column(1), column(2)), translation: column(3) })
 }
 
+/// The way back.
+pub(super) fn rows(t: &DAffine3) -> [f64; 12] {
+    let (m, p) = (t.matrix3.transpose(), t.translation);
+    let row = |r: DVec3, p: f64| [r.x, r.y, r.z, p];
+    let rows = [row(m.x_axis, p.x), row(m.y_axis, p.y), row(m.z_axis, p.z)];
+    std::array::from_fn(|i| rows[i / 4][i % 4])
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -193,5 +201,6 @@ mod tests {
         let t = transform("transform", Some(m)).unwrap();
         // A quarter turn about z takes x to y.
         assert_eq!(t.transform_point3(DVec3::X), DVec3::new(10.0, 21.0, 30.0));
+        assert_eq!(rows(&t), m);
     }
 }

@@ -110,6 +110,14 @@ pub struct Statistics {
     pub seeds: u32,
     /// Probability of a search for one more chain.
     pub search: f32,
+    /// See [`crate::render::Forecast`], of walks from other starts; NaN without.
+    pub seeds_forecast_variance: f32,
+    /// See [`crate::render::Forecast`], of walks from other starts; NaN without.
+    pub seeds_forecast_work: f32,
+    /// See [`crate::render::Forecast`], of searches; NaN without.
+    pub search_forecast_variance: f32,
+    /// See [`crate::render::Forecast`], of searches; NaN without.
+    pub search_forecast_work: f32,
     /// The ray tracer.
     pub backend: [c_char; 64],
 }
@@ -117,7 +125,7 @@ pub struct Statistics {
 // SAFETY: `repr(C)`, `u32` first, numbers only.
 unsafe impl Sized32 for Statistics {
     const NAME: &'static str = "caustica_statistics";
-    const FIRST_SIZE: usize = 264;
+    const FIRST_SIZE: usize = 280;
 }
 
 impl Statistics {
@@ -159,6 +167,10 @@ impl Statistics {
             light_subpaths: s.light_subpaths,
             seeds: s.seeds,
             search: s.search,
+            seeds_forecast_variance: s.seeds_forecast.map_or(f32::NAN, |f| f.variance),
+            seeds_forecast_work: s.seeds_forecast.map_or(f32::NAN, |f| f.work),
+            search_forecast_variance: s.search_forecast.map_or(f32::NAN, |f| f.variance),
+            search_forecast_work: s.search_forecast.map_or(f32::NAN, |f| f.work),
             backend: chars(&s.backend),
         }
     }

@@ -65,12 +65,14 @@ pub struct Progress {
     pub noise: f32,
     /// Zero.
     pub reserved: u32,
+    /// Whose it is.
+    pub render: Handle<Render>,
 }
 
 // SAFETY: `repr(C)`, `u32` first, numbers only.
 unsafe impl Sized32 for Progress {
     const NAME: &'static str = "caustica_progress";
-    const FIRST_SIZE: usize = 40;
+    const FIRST_SIZE: usize = 48;
 }
 
 /// `caustica_render_desc`.
@@ -211,7 +213,7 @@ impl Render {
     }
 
     fn running(&self, text: &str) -> Failure {
-        Failure::new(ERROR_WRONG_STATE, text).object(OBJECT_RENDER, self.id, "")
+        Failure::new(ERROR_WRONG_STATE, text).object(OBJECT_RENDER, self.id, "").expected()
     }
 
     /// The last relative standard error that was estimated.
@@ -223,7 +225,7 @@ impl Render {
     fn run(&self, request: Request, messages: &Messages) {
         let progress = |progress: render::Progress| {
             *lock(&self.latest) = progress;
-            if !request.report(&progress) {
+            if !request.report(self.id, &progress) {
                 self.cancel.cancel();
             }
         };
@@ -259,17 +261,17 @@ struct Request {
 
 impl Request {
     /// Tells the host; false if it wants no more.
-    fn report(&self, progress: &render::Progress) -> bool {
+    fn report(&self, render: u64, progress: &render::Progress) -> bool {
         let Some(callback) = self.progress else {
             return true;
         };
-        let progress = to_host(progress, STATE_RUNNING);
+        let progress = to_host(render, progress, STATE_RUNNING);
         // SAFETY: the host promised a function of this type, which neither throws nor jumps out.
         guard::call_host(|| unsafe { callback(self.user.0, &progress) }) != 0
     }
 }
 
-fn to_host(progress: &render::Progress, state: u32) -> Progress {
+fn to_host(render: u64, progress: &render::Progress, state: u32) -> Progress {
     Progress {
         struct_size: size_of::<Progress>() as u32,
         state,
@@ -279,6 +281,7 @@ fn to_host(progress: &render::Progress, state: u32) -> Progress {
         elapsed_seconds: progress.elapsed.as_secs_f64(),
         noise: progress.noise,
         reserved: 0,
+        render: Handle::new(render),
     }
 }
 
@@ -370,6 +373,10 @@ fn request(device: &Arc<Device>, desc: In<RenderDesc>) -> Result<Request, Failur
         let text = format!("is {seconds}; a finite number of at least 0 was expected");
         return Err(Failure::argument("time_limit_seconds", text));
     }
+    if (d.width == 0) != (d.height == 0) {
+        let zero = if d.width == 0 { "width" } else { "height" };
+        return Err(Failure::argument(zero, "is 0 beside another that is not; both or none were expected"));
+    }
     let scene = device.scenes.get(d.scene)?;
     let snapshot = scene.snapshot().ok_or_else(|| {
         Failure::new(ERROR_WRONG_STATE, "the scene was never committed").object(OBJECT_SCENE, scene.id, "")
@@ -442,7 +449,14 @@ fn poll(device: &Arc<Device>, render: Handle<Render>, progress: OutStruct<Progre
     let finished = lock(&render.finished).clone();
     let mut latest = *lock(&render.latest);
     let state = match finished.as_deref().map(|finished| &finished.result) {
-        None => STATE_RUNNING,
+        None => {
+            // What the last report says may be old.
+            if let Some((fraction, samples, noise)) = render.preview.progress() {
+                latest.fraction = latest.fraction.max(fraction.min(0.999));
+                (latest.samples, latest.noise) = (samples, noise);
+            }
+            STATE_RUNNING
+        }
         Some(Ok(output)) => {
             // A cancelled render makes no last report.
             let statistics = &output.statistics;
@@ -452,7 +466,7 @@ fn poll(device: &Arc<Device>, render: Handle<Render>, progress: OutStruct<Progre
         }
         Some(Err(_)) => STATE_FAILED,
     };
-    place.write(&to_host(&latest, state));
+    place.write(&to_host(render.id, &latest, state));
     Ok(OK)
 }
 

@@ -16,7 +16,6 @@ use crate::scene::description::{self, Description};
 use crate::scene::{CommitOptions, World};
 use crate::transport::limits::limits;
 use std::collections::{BTreeMap, HashMap};
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 use std::time::Instant;
 
@@ -34,12 +33,16 @@ pub struct CommitReport {
     pub scene_hash: u64,
     /// How long it took.
     pub seconds: f64,
+    /// Of a sphere around all instances.
+    pub center: [f64; 3],
+    /// Of that sphere.
+    pub radius: f64,
 }
 
 // SAFETY: `repr(C)`, `u32` first, numbers only.
 unsafe impl Sized32 for CommitReport {
     const NAME: &'static str = "caustica_commit_report";
-    const FIRST_SIZE: usize = 32;
+    const FIRST_SIZE: usize = 64;
 }
 
 /// What the host has put in.
@@ -67,12 +70,21 @@ impl Contents {
 pub(super) struct Snapshot {
     pub(super) world: World,
     pub(super) cameras: Vec<u64>,
+    /// What was or had been told of it, with its severity.
+    remarks: Vec<(u32, String)>,
+}
+
+fn remarks(world: &World) -> Vec<(u32, String)> {
+    let warnings = world.warnings.iter().map(|text| (SEVERITY_WARNING, text.clone()));
+    warnings.chain(limits(world).into_iter().map(|text| (SEVERITY_INFO, text))).collect()
 }
 
 /// A scene. A panic while its contents are locked poisons the lock: the scene says so from then on.
 pub struct Scene {
     pub(super) id: u64,
     contents: Mutex<Contents>,
+    /// Held by a commit, and by the release.
+    committing: Mutex<()>,
     snapshot: Mutex<Option<Arc<Snapshot>>>,
 }
 
@@ -94,8 +106,22 @@ impl Scene {
         if contents.released { Err(stale::<Scene>(self.id)) } else { Ok(contents) }
     }
 
+    fn empty(id: u64) -> Scene {
+        Scene { id, contents: Mutex::default(), committing: Mutex::default(), snapshot: Mutex::default() }
+    }
+
+    /// The right to commit, which does not keep others from editing.
+    fn start_commit(&self) -> Result<MutexGuard<'_, ()>, Failure> {
+        match self.committing.try_lock() {
+            Ok(committing) => Ok(committing),
+            // An earlier commit that failed inside has left nothing half done.
+            Err(TryLockError::Poisoned(error)) => Ok(error.into_inner()),
+            Err(TryLockError::WouldBlock) => Err(self.busy()),
+        }
+    }
+
     fn busy(&self) -> Failure {
-        Failure::new(ERROR_BUSY, "another thread is working on this scene").object(OBJECT_SCENE, self.id, "")
+        Failure::new(ERROR_BUSY, "another thread is working on this scene").object(OBJECT_SCENE, self.id, "").expected()
     }
 
     /// The last commit's result. The lock is held for an assignment only.
@@ -120,13 +146,13 @@ guard::export! {
 
 fn create(device: &Arc<Device>, scene: Out<Handle<Scene>>) -> Result<i32, Failure> {
     let out = scene.required("scene")?;
-    let empty = |id| Scene { id, contents: Mutex::default(), snapshot: Mutex::default() };
-    out.write(device.scenes.insert(empty)?.0);
+    out.write(device.scenes.insert(Scene::empty)?.0);
     Ok(OK)
 }
 
 fn release(device: &Arc<Device>, scene: Handle<Scene>) -> Result<i32, Failure> {
     let object = device.scenes.get(scene)?;
+    let _committing = object.start_commit()?;
     let mut contents = match object.contents.try_lock() {
         Ok(contents) => contents,
         // A scene that failed can still be released.
@@ -157,31 +183,21 @@ fn commit(device: &Arc<Device>, scene: Handle<Scene>, report: OutStruct<CommitRe
     let place = report.optional("report")?;
     let scene = device.scenes.get(scene)?;
     let start = Instant::now();
-    let contents = scene.edit()?;
-    let (description, origins) = describe(&contents)?;
+    let committing = scene.start_commit()?;
+    let (description, origins) = describe(&*scene.edit()?)?;
     let options = CommitOptions { backend: device.backend, threads: device.threads };
-    // The contents are only read: what goes wrong inside must not poison their lock.
     let previous = scene.snapshot();
-    let world = || World::commit_after(previous.as_ref().map(|snapshot| &snapshot.world), &description, options);
-    let committed = match catch_unwind(AssertUnwindSafe(world)) {
-        Ok(committed) => committed,
-        Err(panic) => {
-            drop(contents);
-            resume_unwind(panic)
-        }
-    };
-    let world = committed.map_err(|error| origins.explain(error).object_if_none(OBJECT_SCENE, scene.id, ""))?;
-    let snapshot = Arc::new(Snapshot { world, cameras: origins.cameras });
+    let world = World::commit_after(previous.as_ref().map(|snapshot| &snapshot.world), &description, options)
+        .map_err(|error| origins.explain(error).object_if_none(OBJECT_SCENE, scene.id, ""))?;
+    let (told, remarks) = (previous.map_or_else(Vec::new, |snapshot| snapshot.remarks.clone()), remarks(&world));
+    let snapshot = Arc::new(Snapshot { world, cameras: origins.cameras, remarks });
     *scene.snapshot.lock().unwrap_or_else(PoisonError::into_inner) = Some(snapshot.clone());
-    drop(contents);
+    drop(committing);
 
     let world = &snapshot.world;
-    for warning in &world.warnings {
-        let message = Failure::new(OK, warning.as_str()).object(OBJECT_SCENE, scene.id, "");
-        device.messages.send(SEVERITY_WARNING, &message);
-    }
-    for limit in limits(world) {
-        device.messages.send(SEVERITY_INFO, &Failure::new(OK, limit).object(OBJECT_SCENE, scene.id, ""));
+    for remark in snapshot.remarks.iter().filter(|remark| !told.contains(remark)) {
+        let (severity, text) = remark;
+        device.messages.send(*severity, &Failure::new(OK, text.as_str()).object(OBJECT_SCENE, scene.id, ""));
     }
     place.write(&CommitReport {
         struct_size: 0,
@@ -189,6 +205,8 @@ fn commit(device: &Arc<Device>, scene: Handle<Scene>, report: OutStruct<CommitRe
         triangle_count: world.triangle_count(),
         scene_hash: world.hash(),
         seconds: start.elapsed().as_secs_f64(),
+        center: (world.bounds.0.as_dvec3() + world.origin).to_array(),
+        radius: world.bounds.1.into(),
     });
     Ok(OK)
 }
@@ -239,13 +257,9 @@ mod tests {
     use super::*;
     use crate::capi::error::{ERROR_INTERNAL, OBJECT_SCENE};
 
-    fn scene() -> Scene {
-        Scene { id: 9, contents: Mutex::default(), snapshot: Mutex::default() }
-    }
-
     #[test]
     fn a_second_thread_is_told_that_the_scene_is_busy() {
-        let scene = scene();
+        let scene = Scene::empty(9);
         let _first = scene.edit().unwrap();
         let failure = std::thread::scope(|s| s.spawn(|| scene.edit().err()).join().unwrap()).unwrap();
         assert_eq!((failure.code, failure.object_kind, failure.object_id), (ERROR_BUSY, OBJECT_SCENE, 9));
@@ -253,7 +267,7 @@ mod tests {
 
     #[test]
     fn a_scene_whose_change_panicked_says_so_from_then_on() {
-        let scene = scene();
+        let scene = Scene::empty(9);
         let inside = guard::catch::<()>(|| {
             let _contents = scene.edit()?;
             panic!("halfway");

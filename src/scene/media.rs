@@ -6,6 +6,7 @@ use crate::camera::Endpoint;
 use crate::geometry::{Mesh, Ray, Shape, SurfacePoint};
 use crate::math::{Discrete, Rgb, pixel_position, warp};
 use glam::Vec3;
+use std::sync::Arc;
 
 /// Index into [`World::media`]; 0 is vacuum.
 pub type MediumId = u16;
@@ -28,6 +29,7 @@ impl Boundary {
 }
 
 /// The media around a light.
+#[derive(Clone)]
 pub(super) enum LightMedia {
     /// At its front and at its back.
     One([MediumId; 2]),
@@ -121,6 +123,18 @@ impl World {
     fn medium_before(&self, at: &SurfacePoint, back: bool) -> MediumId {
         let axis = if back { -at.ng } else { at.ng };
         self.probe(axis, |direction| Ray::leaving(at, direction))
+    }
+
+    /// Whether the media around all lights are those of another world, as it has them.
+    pub(super) fn lights_stand_as_in(&self, other: &World) -> bool {
+        let (lights, others) = (&self.lights, &other.lights);
+        let same_shape =
+            |shape| self.boundary(shape) == other.boundary(shape) && lights.of_shape(shape) == others.of_shape(shape);
+        Arc::ptr_eq(&self.shapes, &other.shapes)
+            && self.media == other.media
+            && lights.len() == others.len()
+            && (0..self.shapes.len() as u32).all(same_shape)
+            && (0..lights.len() as u32).all(|light| lights.position(light) == others.position(light))
     }
 
     /// The media around all lights.

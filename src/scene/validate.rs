@@ -4,7 +4,7 @@
 use super::SceneError;
 use super::description::*;
 use crate::math::Rgb;
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 
 /// Embree drops triangles beyond about 1.8e18 without a word (measured, 4.3.3).
 const LARGEST_COORDINATE: f64 = 1e18;
@@ -62,12 +62,12 @@ impl Object<'_> {
         self.point("transform.translation", value.translation)?;
         let m = value.matrix3;
         if !m.is_finite() {
-            return self.fail("transform", m, "finite numbers were expected");
+            return self.fail("transform", rows(&m), "finite numbers were expected");
         }
         // Relative to the axes' lengths, so that a tiny but sound scale passes.
         let volume = m.x_axis.length() * m.y_axis.length() * m.z_axis.length();
         if !(m.determinant().abs() > 1e-12 * volume) || volume == 0.0 {
-            return self.fail("transform", m, "an invertible matrix was expected");
+            return self.fail("transform", rows(&m), "an invertible matrix was expected");
         }
         Ok(())
     }
@@ -188,6 +188,11 @@ fn validate_scattering(object: &Object, scattering: &Scattering) -> Result<(), S
     }
 }
 
+/// Row by row, as the C interface has it.
+fn rows(m: &DMat3) -> String {
+    format!("{:?}", m.transpose().to_cols_array_2d())
+}
+
 fn validate_instance(object: &Object, instance: &Instance, d: &Description) -> Result<(), SceneError> {
     object.index_below("material", instance.material, d.materials.len())?;
     object.transform(&instance.transform)?;
@@ -200,7 +205,7 @@ fn validate_instance(object: &Object, instance: &Instance, d: &Description) -> R
             let s = x.length();
             let uneven = [y.length() - s, z.length() - s, x.dot(y) / s, y.dot(z) / s, z.dot(x) / s];
             if uneven.iter().any(|u| u.abs() > 1e-5 * s) {
-                return object.fail("transform", m, "a sphere may be scaled uniformly only");
+                return object.fail("transform", rows(&m), "a sphere may be scaled uniformly only");
             }
             Ok(())
         }
@@ -220,7 +225,7 @@ fn validate_light(object: &Object, kind: &LightKind) -> Result<(), SceneError> {
             // As f32 has it, pi/2 is a little more.
             object.range("outer", outer, 1e-6, f64::from(std::f32::consts::FRAC_PI_2))?;
             if !(inner >= 0.0 && inner <= outer) {
-                return object.fail("inner", inner, &format!("an angle in [0, outer = {outer}] was expected"));
+                return object.fail("inner", inner, &format!("an angle from 0 to the outer one, {outer}, was expected"));
             }
             Ok(())
         }
@@ -228,5 +233,16 @@ fn validate_light(object: &Object, kind: &LightKind) -> Result<(), SceneError> {
             object.direction("direction", direction)?;
             object.color("irradiance", irradiance, f32::MAX)
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn matrices_are_told_row_by_row() {
+        let m = DMat3::from_cols(DVec3::new(1.0, 0.0, 0.0), DVec3::new(2.0, 0.0, 0.0), DVec3::Z);
+        assert_eq!(rows(&m), "[[1.0, 2.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]]");
     }
 }

@@ -185,7 +185,10 @@ impl World {
             shapes_hash: hash.shapes,
             backend: options.backend,
         };
-        world.light_media = world.probe_lights();
+        world.light_media = match previous.filter(|previous| world.lights_stand_as_in(previous)) {
+            Some(previous) => previous.light_media.clone(),
+            None => world.probe_lights(),
+        };
         world.commit_seconds = start.elapsed().as_secs_f64();
         Ok(world)
     }

@@ -212,6 +212,7 @@ static void asynchronous(void) {
     caustica_statistics statistics = {.struct_size = sizeof statistics};
     caustica_pixels pixels;
     static float shown[40 * 30 * 3];
+    const int errors = messages[CAUSTICA_SEVERITY_ERROR];
     uint32_t samples = 0;
     double sum = 0;
     size_t i;
@@ -222,8 +223,9 @@ static void asynchronous(void) {
     TRUE(caustica_render_wait(device, render, 0) == CAUSTICA_TIMEOUT);
     TRUE(caustica_render_wait(device, render, 0.15) == CAUSTICA_TIMEOUT);
     OK(caustica_render_poll(device, render, &progress));
-    TRUE(progress.state == CAUSTICA_STATE_RUNNING && progress.fraction < 1);
+    TRUE(progress.state == CAUSTICA_STATE_RUNNING && progress.fraction < 1 && progress.render.id == render.id);
     TRUE(caustica_render_result(device, render, NULL) == CAUSTICA_ERROR_WRONG_STATE);
+    TRUE(messages[CAUSTICA_SEVERITY_ERROR] == errors); /* it is only returned */
     /* Its whole passes can be read. */
     while (progress.samples == 0) {
         TRUE(caustica_render_wait(device, render, 0.01) == CAUSTICA_TIMEOUT);
@@ -330,10 +332,25 @@ static void snapshots(uint64_t before) {
     TRUE(render_hash(&desc) == before);
 }
 
+/* A camera's values come back as they are, those of files, too. */
+static void cameras(uint64_t before) {
+    caustica_render_desc desc = request(4);
+    caustica_camera camera;
+    caustica_camera_desc values = {.struct_size = sizeof values, .yfov = 7};
+    OK(caustica_scene_camera(device, scene, 0, &camera));
+    OK(caustica_camera_get(device, camera, &values));
+    TRUE(values.struct_size == sizeof values && values.projection == CAUSTICA_CAMERA_PERSPECTIVE);
+    TRUE(values.yfov == 0.8 && values.transform[11] == 5 && values.transform[0] == 1 && values.name == NULL);
+    OK(caustica_camera_set(device, camera, &values));
+    OK(caustica_scene_commit(device, scene, NULL));
+    TRUE(render_hash(&desc) == before);
+}
+
 /* What renders cannot find is told at the commit. */
 static void limits(void) {
     caustica_light_desc desc;
     caustica_light light;
+    int told;
     memset(&desc, 0, sizeof desc);
     desc.struct_size = sizeof desc;
     desc.kind = CAUSTICA_LIGHT_POINT;
@@ -343,6 +360,9 @@ static void limits(void) {
     OK(caustica_scene_add_light(device, scene, &desc, &light));
     OK(caustica_scene_commit(device, scene, NULL));
     TRUE(messages[CAUSTICA_SEVERITY_INFO] > 0 && strstr(last_message, "delta lights") != NULL);
+    told = messages[CAUSTICA_SEVERITY_INFO];
+    OK(caustica_scene_commit(device, scene, NULL));
+    TRUE(messages[CAUSTICA_SEVERITY_INFO] == told); /* once */
     messages[CAUSTICA_SEVERITY_INFO] = 0;
     OK(caustica_light_remove(device, light));
     OK(caustica_scene_commit(device, scene, NULL));
@@ -447,6 +467,7 @@ int main(void) {
     build();
     OK(caustica_scene_commit(device, scene, &report));
     TRUE(report.triangle_count == 0 && report.scene_hash != 0);
+    TRUE(report.center[1] < -40 && report.radius > 50 && report.radius < 100);
     desc.scene = scene;
     h = render_hash(&desc);
     desc.num_threads = 2;
@@ -460,6 +481,7 @@ int main(void) {
     nothing_yet();
     options(h);
     snapshots(h);
+    cameras(h);
     limits();
     forked();
     concurrent();

@@ -351,6 +351,7 @@ static void light_and_camera_calls(void) {
     const caustica_camera camera = {living[CAUSTICA_OBJECT_CAMERA]};
     caustica_light_desc ld = light_desc();
     caustica_camera_desc cd = camera_desc();
+    caustica_camera_desc got = {.struct_size = sizeof got};
     caustica_camera found = {0};
     uint64_t count = 77;
 
@@ -375,6 +376,10 @@ static void light_and_camera_calls(void) {
     WITH(cd.transform[3], INFINITY, INVALID, caustica_camera_set(device, camera, &cd));
     DEVICES(caustica_camera_set(d, camera, &cd));
     HANDLES(camera, CAUSTICA_OBJECT_CAMERA, caustica_camera_set(device, h, &cd));
+    DEVICES(caustica_camera_get(d, camera, &got));
+    HANDLES(camera, CAUSTICA_OBJECT_CAMERA, caustica_camera_get(device, h, &got));
+    EXPECT(INVALID, caustica_camera_get(device, camera, NULL));
+    SIZES(got, caustica_camera_get(device, camera, &got));
     DEVICES(caustica_camera_remove(d, camera));
     HANDLES(camera, CAUSTICA_OBJECT_CAMERA, caustica_camera_remove(device, h));
 
@@ -504,6 +509,8 @@ static void render_calls(void) {
     WITH(desc.time_limit_seconds, NAN, INVALID, caustica_render(device, &desc, &render));
     WITH(desc.time_limit_seconds, -1, INVALID, caustica_render(device, &desc, &render));
     WITH(desc.width, UINT32_MAX, INVALID, caustica_render(device, &desc, &render));
+    WITH(desc.width, 0, INVALID, caustica_render(device, &desc, &render));
+    WITH(desc.height, 0, INVALID, caustica_render_start(device, &desc, &render));
     WITH(desc.max_depth, UINT32_MAX, INVALID, caustica_render(device, &desc, &render));
     memset(&options, 0, sizeof options);
     options.struct_size = sizeof options;
