@@ -203,6 +203,9 @@ typedef struct caustica_mesh_desc {
  * a scene that shows the mesh. */
 caustica_result caustica_mesh_create(caustica_device* device, const caustica_mesh_desc* desc, caustica_mesh* mesh);
 
+/* Replaces all values, for all instances that show the mesh, from the next commit of their scenes on. */
+caustica_result caustica_mesh_set(caustica_device* device, caustica_mesh mesh, const caustica_mesh_desc* desc);
+
 caustica_result caustica_mesh_release(caustica_device* device, caustica_mesh mesh);
 
 /* ---- Materials ------------------------------------------------------------------------------ */

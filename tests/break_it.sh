@@ -188,6 +188,16 @@ mutation("hit: a level floor as uncertain as a sloping one", "src/geometry/mesh.
          ("extremes", "large_triangles"))
 mutation("segment: direction from the ends across any gap", "src/transport/subpath.rs",
          "if bend < STRAIGHT { d }", "if bend < STRAIGHT || bend > 0.0 { d }", ("extremes", "large_triangles"))
+mutation("walk: ends that coincide", "src/transport/subpath.rs",
+         "if !(d2 > 0.0) {", "if d2.is_nan() {", ("extremes", "in_the_plane"))
+mutation("rays: a surface through a point", "src/geometry/ray.rs",
+         "t_max: 1.0 - 4.0 * ROUNDOFF", "t_max: 1.0", ("extremes", "in_the_plane"))
+mutation("Embree: a surface through the origin", "src/intersect/embree/query.rs",
+         "tnear: f32::MIN_POSITIVE,", "tnear: 0.0,", ("extremes", "in_the_plane"))
+mutation("commit: media around lights of the commit before", "src/scene/media.rs",
+         "&& (0..self.shapes.len() as u32).all(same_shape)", "&& (0..0).all(same_shape)", ("job", "media_around_lights"))
+mutation("fingerprint: lengths of a mesh's lists", "src/scene/fingerprint.rs",
+         "h.bytes(&(length as u64).to_le_bytes());", "let _ = length;", ("lib", "meshes_of_the_same_bytes"))
 
 # Lights.
 mutation("D / R_m at the start of the light path", "src/transport/weight.rs",

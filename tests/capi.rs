@@ -13,6 +13,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use std::sync::Arc;
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -322,11 +323,11 @@ fn minimal_scene() -> Description {
         transform: DAffine3::from_translation(DVec3::new(x, y, z)),
     };
     Description {
-        meshes: vec![MeshDescription {
+        meshes: vec![Arc::new(MeshDescription {
             positions: vec![[-2.0, 0.0, -2.0], [-2.0, 0.0, 2.0], [2.0, 0.0, 2.0], [2.0, 0.0, -2.0]],
             triangles: vec![[0, 1, 2], [0, 2, 3]],
             ..MeshDescription::default()
-        }],
+        })],
         materials: vec![diffuse(0.6, 0.0), Material { scattering: glass, ..diffuse(0.0, 0.0) }, diffuse(0.0, 200.0)],
         instances: vec![
             place(0, Geometry::Mesh(0), 0.0, 0.0, 0.0),

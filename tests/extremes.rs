@@ -19,6 +19,7 @@ use common::stats::{block_means, mean_and_error};
 use common::{Builder, icosphere, scenes, settings};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 const RUNS: u64 = 8;
 const BLOCK: u32 = 4;
@@ -29,7 +30,7 @@ fn on_grid(mut d: Description) -> Description {
     for instance in &mut d.instances {
         match instance.geometry {
             Geometry::Mesh(mesh) => {
-                for p in &mut d.meshes[mesh].positions {
+                for p in &mut Arc::make_mut(&mut d.meshes[mesh]).positions {
                     let placed = instance.transform.transform_point3(Vec3::from(*p).as_dvec3());
                     *p = snap(placed).as_vec3().to_array();
                 }
@@ -306,6 +307,38 @@ fn grazing_lights() {
         renders(&world, &base, seed..seed + 16)
     });
     check_pairs("grazing", &bdpt, &path, BLOCK, BIAS_LIMIT).unwrap_or_else(|e| panic!("{e}"));
+}
+
+/// A camera and a light that stand on the floor, in its plane exactly: the floor is not in the way of what is above it.
+#[test]
+fn a_camera_and_a_light_in_the_plane_of_the_floor() {
+    let seed = first_seed("in plane");
+    for turn in [DQuat::IDENTITY, DQuat::from_rotation_z(0.3)] {
+        let turned = |p: Vec3| (turn * p.as_dvec3()).as_vec3();
+        let mut b = Builder::default();
+        let (white, lamp) = (b.diffuse(0.6), b.lamp(2.0));
+        for (corner, u, v, material) in [
+            (Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0, white),
+            (Vec3::new(-1.5, 0.25, -2.0), Vec3::X * 3.0, Vec3::Y * 1.5, white),
+            (Vec3::new(-1.0, 2.5, -1.0), Vec3::X * 2.0, Vec3::Z * 2.0, lamp),
+        ] {
+            b.quad(turned(corner), turned(u), turned(v), material);
+        }
+        let place = |p: Vec3| turned(p).to_array().map(f64::from);
+        let position = DVec3::from(place(Vec3::new(0.3, 0.0, 0.2)));
+        b.light(LightKind::Point { position, intensity: Rgb::splat(1.0) });
+        b.perspective(place(Vec3::Z), place(Vec3::new(0.0, 0.5, -1.0)), 0.6);
+        let world = b.commit();
+        let [path, bdpt] = [Integrator::Path, Integrator::Bdpt].map(|integrator| {
+            let base = Settings { max_depth: 6, ..settings(integrator, 32, 128, 0) };
+            renders(&world, &base, seed..seed + 16)
+        });
+        // Turned, rounding puts light and camera on either side of the floor: which, it says alone.
+        if turn == DQuat::IDENTITY {
+            check_pairs("in plane", &bdpt, &path, BLOCK, BIAS_LIMIT).unwrap_or_else(|e| panic!("{e}"));
+        }
+        common::run(&world, &settings(Integrator::Light, 32, 64, 0));
+    }
 }
 
 /// Glass of index 1 + 1e-6, smooth or rough, is not there. (Flat: a shading normal makes a surface dark

@@ -44,7 +44,7 @@ fn a_commit_shares_shapes_and_ray_tracer_where_these_stay() {
     let go: [(&str, Edit); 4] = [
         ("place", |b| b.0.instances[1].transform.translation.x += 0.125),
         ("radius", |b| b.0.instances[1].geometry = Geometry::Sphere { radius: 0.25 }),
-        ("vertex", |b| b.0.meshes[0].positions[0][1] = 0.25),
+        ("vertex", |b| Arc::make_mut(&mut b.0.meshes[0]).positions[0][1] = 0.25),
         ("one less", |b| _ = b.0.instances.pop()),
     ];
     let image = |world: &World| common::run(world, &settings(Integrator::Bdpt, 24, 4, 3)).image;

@@ -44,7 +44,7 @@ fn load(device: &Arc<Device>, scene: Handle<Scene>, path: Text, warning_count: O
         }
     }
     contents.cameras.append(&mut new_cameras);
-    let meshes: Vec<_> = meshes.into_iter().map(|data| Arc::new(Mesh { id: 0, data })).collect();
+    let meshes: Vec<_> = meshes.into_iter().map(|data| Arc::new(Mesh::new(0, data))).collect();
     let materials: Vec<_> = materials.into_iter().map(|state| Arc::new(Material::new(0, state))).collect();
     for instance in instances {
         let geometry = match instance.geometry {

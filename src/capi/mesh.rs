@@ -1,12 +1,12 @@
-//! Triangle meshes: copied when made, immutable afterwards.
+//! Triangle meshes: copied when made or set; what a commit has seen stays as it was.
 
 use super::device::Device;
-use super::error::{ERROR_OUT_OF_MEMORY, Failure, OBJECT_MESH, OK};
+use super::error::{Failure, OBJECT_MESH, OK};
 use super::guard;
 use super::handle::{Handle, Kind};
 use super::pointer::{In, MAX_NAME, Out, Sized32, Text, copy_elements};
 use crate::scene::description::MeshDescription;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// `caustica_mesh_desc`.
 #[derive(Clone, Copy)]
@@ -43,7 +43,7 @@ unsafe impl Sized32 for MeshDesc {
 /// A mesh; lives as long as the host or an instance refers to it.
 pub struct Mesh {
     pub(super) id: u64,
-    pub(super) data: MeshDescription,
+    data: Mutex<Arc<MeshDescription>>,
 }
 
 impl Kind for Mesh {
@@ -56,18 +56,32 @@ guard::export! {
     /// Makes a mesh from copies of the host's arrays.
     fn caustica_mesh_create(device, desc: In<MeshDesc>, mesh: Out<Handle<Mesh>>) = create;
 
+    /// Replaces all values.
+    fn caustica_mesh_set(device, mesh: Handle<Mesh>, desc: In<MeshDesc>) = set;
+
     /// Gives up the host's claim.
     fn caustica_mesh_release(device, mesh: Handle<Mesh>) = release;
 }
 
 fn create(device: &Arc<Device>, desc: In<MeshDesc>, mesh: Out<Handle<Mesh>>) -> Result<i32, Failure> {
     let out = mesh.required("mesh")?;
-    let desc = desc.read("desc")?;
-    let name = desc.name.read("name", MAX_NAME)?;
-    let data = copy(&desc, &name).map_err(|failure| failure.object_if_none(OBJECT_MESH, 0, &name))?;
-    let (handle, _) = device.meshes.insert(|id| Mesh { id, data })?;
+    let data = read(desc, 0)?;
+    let (handle, _) = device.meshes.insert(|id| Mesh::new(id, data))?;
     out.write(handle);
     Ok(OK)
+}
+
+fn set(device: &Arc<Device>, mesh: Handle<Mesh>, desc: In<MeshDesc>) -> Result<i32, Failure> {
+    let object = device.meshes.get(mesh)?;
+    let data = read(desc, object.id)?;
+    *object.lock() = data;
+    Ok(OK)
+}
+
+fn read(desc: In<MeshDesc>, id: u64) -> Result<Arc<MeshDescription>, Failure> {
+    let desc = desc.read("desc")?;
+    let name = desc.name.read("name", MAX_NAME)?;
+    copy(&desc, &name).map(Arc::new).map_err(|failure| failure.object_if_none(OBJECT_MESH, id, &name))
 }
 
 fn copy(desc: &MeshDesc, name: &str) -> Result<MeshDescription, Failure> {
@@ -99,26 +113,18 @@ fn release(device: &Arc<Device>, mesh: Handle<Mesh>) -> Result<i32, Failure> {
 }
 
 impl Mesh {
-    /// A copy for a description, with an error where there is no memory for it.
-    pub(super) fn describe(&self) -> Result<MeshDescription, Failure> {
-        let copied = || -> Result<MeshDescription, std::collections::TryReserveError> {
-            Ok(MeshDescription {
-                name: self.data.name.clone(),
-                positions: copy_of(&self.data.positions)?,
-                normals: copy_of(&self.data.normals)?,
-                triangles: copy_of(&self.data.triangles)?,
-            })
-        };
-        copied().map_err(|_| {
-            let text = format!("mesh '{}': its copy could not be allocated", self.data.name);
-            Failure::new(ERROR_OUT_OF_MEMORY, text).object(OBJECT_MESH, self.id, &self.data.name)
-        })
+    /// `id` 0 for one without a handle.
+    pub(super) fn new(id: u64, data: Arc<MeshDescription>) -> Mesh {
+        Mesh { id, data: Mutex::new(data) }
     }
-}
 
-fn copy_of<T: Copy>(from: &[T]) -> Result<Vec<T>, std::collections::TryReserveError> {
-    let mut to = Vec::new();
-    to.try_reserve_exact(from.len())?;
-    to.extend_from_slice(from);
-    Ok(to)
+    /// The lock is held for an assignment or a copy of the pointer only, which cannot panic.
+    fn lock(&self) -> MutexGuard<'_, Arc<MeshDescription>> {
+        self.data.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Its values now.
+    pub(super) fn describe(&self) -> Arc<MeshDescription> {
+        self.lock().clone()
+    }
 }

@@ -225,7 +225,7 @@ fn describe(contents: &Contents) -> Result<(Description, Origins), Failure> {
                 let next = description.meshes.len();
                 let index = *meshes.entry(Arc::as_ptr(mesh)).or_insert(next);
                 if index == next {
-                    description.meshes.push(mesh.describe()?);
+                    description.meshes.push(mesh.describe());
                     origins.meshes.push(mesh.id);
                 }
                 description::Geometry::Mesh(index)

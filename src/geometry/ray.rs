@@ -2,6 +2,7 @@
 //! a global epsilon (Pharr, Jakob, Humphreys 2023, §6.8).
 
 use super::SurfacePoint;
+use super::surface::ROUNDOFF;
 use glam::Vec3;
 
 /// Unit direction and squared length of the segment from `p` to `q`. Exactly antisymmetric: both ends
@@ -42,10 +43,11 @@ impl Ray {
         Ray { origin, direction: end - origin, t_max: 1.0 }
     }
 
-    /// The open segment from a surface point to a point in space.
+    /// The open segment from a surface point to a point in space, which may lie in a surface: that is not in the way,
+    /// wherever rounding puts it.
     #[inline]
     pub fn to_point(from: &SurfacePoint, to: Vec3) -> Ray {
         let origin = from.offset(to - from.p);
-        Ray { origin, direction: to - origin, t_max: 1.0 }
+        Ray { origin, direction: to - origin, t_max: 1.0 - 4.0 * ROUNDOFF }
     }
 }

@@ -3,6 +3,7 @@
 
 use crate::math::Rgb;
 use glam::{DAffine3, DVec3};
+use std::sync::Arc;
 
 /// A scene as described, before validation.
 ///
@@ -10,7 +11,7 @@ use glam::{DAffine3, DVec3};
 #[derive(Clone, Debug, Default)]
 pub struct Description {
     /// Triangle meshes, in their own space; drawn where an [`Instance`] refers to them.
-    pub meshes: Vec<MeshDescription>,
+    pub meshes: Vec<Arc<MeshDescription>>,
     /// Surface descriptions, referred to by instances.
     pub materials: Vec<Material>,
     /// What stands in the scene.

@@ -80,6 +80,7 @@ pub(super) fn fingerprint(d: &Description) -> Fingerprint {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::sync::Arc;
 
     /// The same numbers one after the other, three of them as normals or as triangles.
     #[test]
@@ -90,7 +91,7 @@ mod tests {
             normals: vec![[0.0; 3]; normals],
             triangles: vec![[0; 3]; triangles],
         };
-        let hash = |mesh| fingerprint(&Description { meshes: vec![mesh], ..Description::default() }).shapes;
+        let hash = |mesh| fingerprint(&Description { meshes: vec![Arc::new(mesh)], ..Description::default() }).shapes;
         assert_ne!(hash(mesh(3, 1)), hash(mesh(0, 4)));
     }
 

@@ -8,9 +8,10 @@ use crate::intersect::MAX_COORDINATE;
 use crate::text::shown;
 use glam::{DMat3, Vec3};
 use std::collections::HashSet;
+use std::sync::Arc;
 
 /// The shapes of all instances, of `meshes`.
-pub(super) fn place(d: &Description, meshes: &[MeshDescription]) -> Result<Vec<Shape>, SceneError> {
+pub(super) fn place(d: &Description, meshes: &[Arc<MeshDescription>]) -> Result<Vec<Shape>, SceneError> {
     let mut shapes = reserve(d.instances.len())?;
     for (index, instance) in d.instances.iter().enumerate() {
         shapes.push(match instance.geometry {

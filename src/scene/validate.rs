@@ -225,7 +225,11 @@ fn validate_light(object: &Object, kind: &LightKind) -> Result<(), SceneError> {
             // As f32 has it, pi/2 is a little more.
             object.range("outer", outer, 1e-6, f64::from(std::f32::consts::FRAC_PI_2))?;
             if !(inner >= 0.0 && inner <= outer) {
-                return object.fail("inner", inner, &format!("an angle from 0 to the outer one, {outer}, was expected"));
+                return object.fail(
+                    "inner",
+                    inner,
+                    &format!("an angle from 0 to the outer one, {outer}, was expected"),
+                );
             }
             Ok(())
         }

@@ -329,8 +329,13 @@ impl<'w> Tracer<'w> {
                     (walk.ray.direction, 0.0)
                 } else {
                     let (d, d2) = segment(edge.origin, at.p);
-                    // A coincidence of the ends has no direction, and across a gap as narrow as the offset of the ray's
-                    // origin it is bent toward the normal: there, the sampled one.
+                    // Ends that coincide see nothing of each other that can be weighed: a camera or a light in the plane
+                    // of a surface, to within its rounding.
+                    if !(d2 > 0.0) {
+                        return;
+                    }
+                    // Across a gap as narrow as the offset of the ray's origin it is bent toward the normal: there, the
+                    // sampled one.
                     let bend = (d - walk.ray.direction).length_squared();
                     (if bend < STRAIGHT { d } else { walk.ray.direction }, d2)
                 }

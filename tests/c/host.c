@@ -346,6 +346,43 @@ static void cameras(uint64_t before) {
     TRUE(render_hash(&desc) == before);
 }
 
+/* A mesh that is set looks like one that was made so, after the next commit. */
+static void deformed(void) {
+    float corners[] = {-1, 0, 0, 1, 0, 0, 0, 1, 0};
+    const uint32_t triangle[] = {0, 1, 2};
+    caustica_mesh_desc desc = {.struct_size = sizeof desc, .positions = corners, .vertex_count = 3,
+                               .indices = triangle, .index_count = 3};
+    caustica_material lamp = make_material(CAUSTICA_MATERIAL_DIFFUSE, 1);
+    caustica_camera camera;
+    caustica_camera_desc view = {.struct_size = sizeof view};
+    caustica_mesh mesh;
+    caustica_scene scenes[2];
+    uint64_t hashes[2], before = 0;
+    OK(caustica_scene_camera(device, scene, 0, &camera));
+    OK(caustica_camera_get(device, camera, &view));
+    for (int i = 0; i < 2; ++i) {
+        caustica_render_desc render = request(4);
+        OK(caustica_scene_create(device, &scenes[i]));
+        OK(caustica_scene_add_camera(device, scenes[i], &view, NULL));
+        OK(caustica_mesh_create(device, &desc, &mesh));
+        OK(caustica_scene_add_mesh(device, scenes[i], mesh, lamp, NULL, NULL, NULL));
+        OK(caustica_scene_commit(device, scenes[i], NULL));
+        render.scene = scenes[i];
+        if (i == 0) {
+            before = render_hash(&render);
+            corners[7] = -1;
+            OK(caustica_mesh_set(device, mesh, &desc));
+            TRUE(render_hash(&render) == before);
+            OK(caustica_scene_commit(device, scenes[i], NULL));
+        }
+        hashes[i] = render_hash(&render);
+        OK(caustica_mesh_release(device, mesh));
+    }
+    TRUE(hashes[0] == hashes[1] && hashes[0] != before);
+    for (int i = 0; i < 2; ++i) OK(caustica_scene_release(device, scenes[i]));
+    OK(caustica_material_release(device, lamp));
+}
+
 /* What renders cannot find is told at the commit. */
 static void limits(void) {
     caustica_light_desc desc;
@@ -482,6 +519,7 @@ int main(void) {
     options(h);
     snapshots(h);
     cameras(h);
+    deformed();
     limits();
     forked();
     concurrent();

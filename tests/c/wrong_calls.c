@@ -258,6 +258,11 @@ static void mesh_calls(void) {
     EXPECT(CAUSTICA_ERROR_INCOMPATIBLE_VERSION, caustica_mesh_create(device, &later.known, &mesh));
     later.unknown = 0;
     EXPECT(CAUSTICA_OK, caustica_mesh_create(device, &later.known, &mesh));
+    DEVICES(caustica_mesh_set(d, mesh, &desc));
+    HANDLES(mesh, CAUSTICA_OBJECT_MESH, caustica_mesh_set(device, h, &desc));
+    EXPECT(INVALID, caustica_mesh_set(device, mesh, NULL));
+    SIZES(desc, caustica_mesh_set(device, mesh, &desc));
+    WITH(desc.index_count, 4, INVALID, caustica_mesh_set(device, mesh, &desc));
     EXPECT(CAUSTICA_OK, caustica_mesh_release(device, mesh));
     DEVICES(caustica_mesh_release(d, mesh));
     HANDLES(mesh, CAUSTICA_OBJECT_MESH, caustica_mesh_release(device, h));

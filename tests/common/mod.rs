@@ -67,7 +67,7 @@ impl Builder {
     }
 
     pub(crate) fn mesh(&mut self, mesh: MeshDescription, material: usize, transform: DAffine3) {
-        self.0.meshes.push(mesh);
+        self.0.meshes.push(mesh.into());
         let name = format!("instance {}", self.0.instances.len());
         let geometry = Geometry::Mesh(self.0.meshes.len() - 1);
         self.0.instances.push(Instance { name, geometry, material, transform });

@@ -10,7 +10,7 @@ const ROW: [[f32; 3]; 5] = [[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [3.0, 0.
 fn only_mesh(builder: &Builder) -> MeshDescription {
     let loaded = builder.load().unwrap();
     assert_eq!(loaded.description.meshes.len(), 1);
-    loaded.description.meshes[0].clone()
+    (*loaded.description.meshes[0]).clone()
 }
 
 /// Five vertices in a row, with a mode and indices.

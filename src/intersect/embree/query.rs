@@ -10,7 +10,8 @@ pub(super) fn ray(ray: &Ray) -> ffi::RTCRay {
         org_x: ray.origin.x,
         org_y: ray.origin.y,
         org_z: ray.origin.z,
-        tnear: 0.0,
+        // Above 0: a surface in which the origin lies is not in the way, as obvhs has it.
+        tnear: f32::MIN_POSITIVE,
         dir_x: ray.direction.x,
         dir_y: ray.direction.y,
         dir_z: ray.direction.z,

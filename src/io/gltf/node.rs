@@ -182,7 +182,7 @@ impl<'a> Walk<'a> {
                 None => {
                     let shape = self.convert_primitive(primitive, number, &object)?;
                     let shape = shape.map(|shape| {
-                        self.description.meshes.push(shape);
+                        self.description.meshes.push(shape.into());
                         self.description.meshes.len() - 1
                     });
                     self.meshes.insert(key, shape);
