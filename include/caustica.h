@@ -413,7 +413,8 @@ typedef struct caustica_progress {
 
 /* Called from a thread of the render, one at a time, at most ten times a second, first with fraction 0
  * and last with 1 if the render succeeds. Returns whether to go on: false cancels. That thread does not render
- * meanwhile; with caustica_render it may be the caller's. `progress` is valid during the call. Not called any more once a wait or caustica_render has returned. */
+ * meanwhile; with caustica_render it may be the caller's. It may read the image. `progress` is valid during the call.
+ * Not called any more once a wait or caustica_render has returned. */
 typedef bool (*caustica_progress_callback)(void* user, const caustica_progress* progress);
 
 enum {
@@ -462,7 +463,7 @@ typedef struct caustica_render_desc {
     caustica_camera camera; /* one that was in it at the commit; id 0: the first */
     uint32_t width;         /* pixels, at most 65536; 0 in both: 512 */
     uint32_t height;        /* pixels */
-    uint32_t samples;       /* per pixel; 0: 64, with a time limit as many as fit */
+    uint32_t samples;       /* per pixel; 0: 64, with a time limit as many as fit, with a noise limit at most 65536 */
     uint32_t max_depth;     /* segments of the longest path, 1 is light seen directly, at most 1024; 0: 12 */
     uint64_t seed;          /* selects the random numbers; the image depends on it and not on threads, but on the
                                make of processor in the last place of what Embree hits */
@@ -475,6 +476,9 @@ typedef struct caustica_render_desc {
     caustica_progress_callback progress; /* or NULL */
     void* user;
     const caustica_caustic_options* caustic_options; /* read during the call; or NULL: all defaults */
+    float noise_limit;      /* ends after the pass that brings caustica_progress::noise down to this, after 16 passes at
+                               least; 0: no limit. The number of passes is the same for any number of threads */
+    uint32_t reserved;
 } caustica_render_desc;
 
 /* Renders, and returns when it is over: CAUSTICA_OK, or CAUSTICA_CANCELLED when the callback asked for

@@ -6,7 +6,10 @@ mod common;
 use caustica::intersect::Backend;
 use caustica::math::Rgb;
 use caustica::render::preview::Preview;
-use caustica::render::{Cancel, Integrator, Progress, RenderError, Settings, TechniqueImages, render, render_shown};
+use caustica::render::{
+    Cancel, Integrator, LEAST_PASSES, MOST_BY_NOISE, Progress, RenderError, Settings, TechniqueImages, render,
+    render_shown,
+};
 use caustica::scene::description::{Geometry, LightKind};
 use caustica::scene::{CommitOptions, World};
 use common::{Builder, settings};
@@ -116,7 +119,9 @@ fn what_is_shown_while_it_renders_is_the_image_of_as_many_samples() {
             cancel.cancel();
         }
     };
-    render_shown(&world, &request(1 << 20), &cancel, &progress, &preview).expect("a render");
+    let whole = render_shown(&world, &request(1 << 20), &cancel, &progress, &preview).expect("a render");
+    assert_eq!(preview.image().expect("memory"), Some((whole.image, whole.statistics.samples)));
+    preview.close();
     assert!(preview.image().expect("memory").is_none());
     let (image, samples) = shown.lock().unwrap().take().expect("a report with samples");
     assert_eq!(image, common::run(&world, &request(samples)).image);
@@ -262,6 +267,31 @@ fn a_time_limit_ends_the_render_after_a_whole_pass() {
     let passes = output.statistics.samples;
     assert!(passes > 0 && passes < 1_000_000 && !output.cancelled);
     assert_eq!(common::run(&world, &Settings { samples: passes, time_limit: None, ..settings }).image, output.image);
+}
+
+/// The noise that was asked for is reached by as many samples, whatever the number of threads; half of it takes some four
+/// times as many.
+#[test]
+fn a_noise_limit_ends_the_render_at_that_noise() {
+    let mut b = scene();
+    // Without glass: no rare bright paths.
+    b.0.materials[1] = b.0.materials[0].clone();
+    let world = b.commit();
+    let until = |limit: f32, threads: usize| {
+        let noise = Mutex::new(0.0);
+        let progress = |p: Progress| *noise.lock().unwrap() = p.noise;
+        let settings =
+            Settings { noise_limit: Some(limit), threads, ..settings(Integrator::Bdpt, 32, MOST_BY_NOISE, 1) };
+        let output = render(&world, &settings, &Cancel::default(), &progress).expect("a render");
+        let noise = *noise.lock().unwrap();
+        assert!(!output.cancelled && noise <= limit && noise > 0.5 * limit, "{noise} for {limit}");
+        (output.statistics.samples, output.image)
+    };
+    let (samples, image) = until(0.03, 1);
+    assert_eq!(until(0.03, 3), (samples, image.clone()));
+    assert_eq!(common::run(&world, &settings(Integrator::Bdpt, 32, samples, 1)).image, image);
+    let (more, _) = until(0.015, 2);
+    assert!(samples > LEAST_PASSES && (2 * samples..8 * samples).contains(&more), "{samples}, {more}");
 }
 
 #[test]

@@ -109,12 +109,16 @@ pub struct RenderDesc {
     pub user: *mut c_void,
     /// Null for the defaults.
     pub caustic_options: In<CausticOptions>,
+    /// 0 for none.
+    pub noise_limit: f32,
+    /// Zero.
+    pub reserved: u32,
 }
 
 // SAFETY: `repr(C)`, `u32` first; callback and options are C's nullable pointers, the rest are numbers.
 unsafe impl Sized32 for RenderDesc {
     const NAME: &'static str = "caustica_render_desc";
-    const FIRST_SIZE: usize = 88;
+    const FIRST_SIZE: usize = 96;
 }
 
 /// What came of a render, and what it was.
@@ -204,7 +208,7 @@ impl Render {
 
     /// What came of it, or the image of its whole passes while it runs, and their number.
     pub(super) fn so_far(&self) -> Result<Result<Arc<Finished>, (Image, u32)>, Failure> {
-        // A render that ends in between shows nothing, and has finished after that.
+        // A render that ends shows its film until it has finished.
         match (self.preview.image()?, self.finished()) {
             (_, Ok(finished)) => Ok(Ok(finished)),
             (Some(so_far), Err(_)) => Ok(Err(so_far)),
@@ -247,6 +251,7 @@ impl Render {
         };
         drop(snapshot);
         *lock(&self.finished) = Some(Arc::new(finished));
+        self.preview.close();
         self.over.notify_all();
     }
 }
@@ -377,6 +382,10 @@ fn request(device: &Arc<Device>, desc: In<RenderDesc>) -> Result<Request, Failur
         let zero = if d.width == 0 { "width" } else { "height" };
         return Err(Failure::argument(zero, "is 0 beside another that is not; both or none were expected"));
     }
+    if d.reserved != 0 {
+        return Err(Failure::argument("reserved", format!("is {}; 0 was expected", d.reserved)));
+    }
+    let noise = d.noise_limit;
     let scene = device.scenes.get(d.scene)?;
     let snapshot = scene.snapshot().ok_or_else(|| {
         Failure::new(ERROR_WRONG_STATE, "the scene was never committed").object(OBJECT_SCENE, scene.id, "")
@@ -393,10 +402,11 @@ fn request(device: &Arc<Device>, desc: In<RenderDesc>) -> Result<Request, Failur
         width: or(d.width, defaults.width),
         height: or(d.height, defaults.height),
         camera: camera_index(device, &snapshot, d.camera)?,
-        // Without a number, a time limit alone decides.
-        samples: or(d.samples, if seconds > 0.0 { u32::MAX } else { defaults.samples }),
+        // Without a number, the limits alone decide.
+        samples: or(d.samples, render::samples_by_limits(seconds > 0.0, noise != 0.0)),
         // A limit too long for a `Duration` is none.
         time_limit: (seconds > 0.0).then(|| Duration::try_from_secs_f64(seconds).ok()).flatten(),
+        noise_limit: (noise != 0.0).then_some(noise),
         max_depth: or(d.max_depth, defaults.max_depth),
         seed: d.seed,
         threads: or(d.num_threads, device.threads as u32) as usize,

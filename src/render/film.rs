@@ -68,8 +68,8 @@ impl Film {
         self.light[pixel as usize] += value.as_dvec3();
     }
 
-    /// The average over the passes.
-    pub fn into_image(mut self) -> Image {
+    /// The average over the passes, in the room kept for it: once.
+    pub fn last_image(&mut self) -> Image {
         let pixels = std::mem::take(&mut self.room);
         self.image(pixels)
     }
@@ -137,7 +137,7 @@ mod tests {
             film.finish_pass();
         }
         let noise = f64::from(film.noise);
-        let image = film.into_image();
+        let image = film.last_image();
         let squares = image.pixels.iter().map(|p| (f64::from(luminance(*p)) - mean).powi(2)).sum::<f64>();
         noise / ((squares / image.pixels.len() as f64).sqrt() / mean)
     }

@@ -98,7 +98,7 @@ pub fn render(
     render_shown(world, settings, cancel, progress, &Preview::default())
 }
 
-/// The same, which `preview` shows while it runs.
+/// The same, which `preview` shows while it runs, and until it is closed.
 pub fn render_shown(
     world: &World,
     settings: &Settings,
@@ -113,23 +113,26 @@ pub fn render_shown(
     let passes = Arc::new(Passes::new(settings, threads)?);
     preview.show(&passes);
     let rays = AtomicU64::new(0);
-    let last_report = Mutex::new(start);
+    let last_report = Mutex::new((start, 0.0f32));
     progress(Progress { fraction: 0.0, samples: 0, rays: 0, elapsed: start.elapsed(), noise: f32::NAN });
     // Whoever finds a report due makes it; the lock keeps reports apart.
     let report_if_due = || {
-        let due = last_report.try_lock().ok().filter(|last| last.elapsed() >= Duration::from_millis(100));
+        let due = last_report.try_lock().ok().filter(|last| last.0.elapsed() >= Duration::from_millis(100));
         let Some(mut last) = due else { return };
         let (samples, noise) = passes.noise();
         let by_time = settings.time_limit.map_or(0.0, |t| start.elapsed().as_secs_f32() / t.as_secs_f32());
+        // Noise falls with the root of the number of samples, more or less; a fraction does not fall.
+        let by_noise = settings.noise_limit.map_or(0.0, |limit| (limit / noise).powi(2));
+        last.1 = passes.fraction().max(by_time).max(by_noise).min(0.999).max(last.1);
         progress(Progress {
-            fraction: passes.fraction().max(by_time).min(0.999),
+            fraction: last.1,
             samples,
             rays: rays.load(Ordering::Relaxed),
             elapsed: start.elapsed(),
             noise,
         });
         // From here on: a host that takes its time does not hold up every tile.
-        *last = Instant::now();
+        last.0 = Instant::now();
     };
 
     let pilot = pilot::look(world, &view, settings, &pilot::Host { cancel, report: &report_if_due })?;
@@ -171,7 +174,7 @@ pub fn render_shown(
             tile.rays = tracer.rays - before;
             tile.walks = std::mem::take(&mut tracer.walks);
             rays.fetch_add(tile.rays.total(), Ordering::Relaxed);
-            passes.finish(tile, start, settings.time_limit);
+            passes.finish(tile, start, settings.time_limit, settings.noise_limit);
             report_if_due();
         }
     };

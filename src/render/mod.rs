@@ -19,4 +19,6 @@ pub use image::Image;
 pub use job::{Cancel, Progress, render, render_shown};
 pub use output::{Forecast, Output, Statistics, Technique, TechniqueImages};
 pub(crate) use settings::validate;
-pub use settings::{Caustics, Integrator, LARGEST_DEPTH, LARGEST_SIDE, Settings};
+pub use settings::{
+    Caustics, Integrator, LARGEST_DEPTH, LARGEST_SIDE, LEAST_PASSES, MOST_BY_NOISE, Settings, samples_by_limits,
+};

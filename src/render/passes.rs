@@ -3,7 +3,7 @@
 //! do not depend on who computed what and when.
 
 use super::film::Film;
-use super::{Output, RenderError, Settings, Statistics, Technique, TechniqueImages};
+use super::{LEAST_PASSES, Output, RenderError, Settings, Statistics, Technique, TechniqueImages};
 use crate::integrator::{Sample, Splat};
 use crate::math::Rgb;
 use crate::render::Image;
@@ -234,7 +234,7 @@ impl Passes {
     }
 
     /// Takes a finished tile in, and every pass that it completes into the film.
-    pub fn finish(&self, tile: Tile, start: Instant, time_limit: Option<Duration>) {
+    pub fn finish(&self, tile: Tile, start: Instant, time_limit: Option<Duration>, noise_limit: Option<f32>) {
         let mut guard = self.lock();
         let state = &mut *guard;
         state.finished_tiles += 1;
@@ -258,8 +258,11 @@ impl Passes {
                 }
             }
             state.film.finish_pass();
-            if time_limit.is_some_and(|limit| start.elapsed() >= limit) {
-                state.end = state.film.passes;
+            let Film { passes, noise, .. } = state.film;
+            if time_limit.is_some_and(|limit| start.elapsed() >= limit)
+                || noise_limit.is_some_and(|limit| passes >= LEAST_PASSES && noise <= limit)
+            {
+                state.end = passes;
             }
             self.advanced.notify_all();
         }
@@ -283,10 +286,12 @@ impl Passes {
         if passes > 0 { state.film.copy().map(|image| Some((image, passes))) } else { Ok(None) }
     }
 
-    /// The images and the counts. Nothing is left.
+    /// The images and the counts, once. The film stays, for those who look at what there is until the output is there.
     pub fn take_output(&self) -> Output {
         let mut state = self.lock();
-        let (film, techniques) = (std::mem::take(&mut state.film), std::mem::take(&mut state.techniques));
+        let techniques = std::mem::take(&mut state.techniques);
+        let image = state.film.last_image();
+        let film = &state.film;
         let (passes, film_bytes) = (film.passes, film.bytes());
         let scale = 1.0 / f64::from(passes.max(1));
         let average = |sums: &[DVec3]| Image {
@@ -316,7 +321,7 @@ impl Passes {
             film_bytes,
             ..Statistics::default()
         };
-        Output { image: film.into_image(), techniques, statistics, cancelled: false }
+        Output { image, techniques, statistics, cancelled: false }
     }
 }
 
@@ -367,7 +372,7 @@ mod tests {
         let outcome = broadcast(2, |_| {
             while let Some(mut tile) = passes.next_tile(&|| false) {
                 tile.out_of_memory = tile.pass == 3;
-                passes.finish(tile, Instant::now(), None);
+                passes.finish(tile, Instant::now(), None, None);
             }
         });
         assert_eq!(outcome, Ok(()));
@@ -386,7 +391,7 @@ mod tests {
                 if tile.pass < 10 {
                     std::thread::sleep(Duration::from_millis(1));
                 }
-                passes.finish(tile, Instant::now(), None);
+                passes.finish(tile, Instant::now(), None, None);
             }
         });
         assert_eq!(outcome, Err(Failed::Panic("as planned".to_owned())));

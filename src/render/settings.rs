@@ -35,10 +35,14 @@ pub struct Settings {
     pub height: u32,
     /// Index into the scene's cameras.
     pub camera: usize,
-    /// Samples per pixel; with a time limit, at most so many.
+    /// Samples per pixel; with a limit of time or noise, at most so many.
     pub samples: u32,
     /// Stop at the end of the pass that is running at this time.
     pub time_limit: Option<Duration>,
+    /// Stop after the pass that brings the estimated noise, the relative standard error of the image, down to this: not
+    /// before [`LEAST_PASSES`]. The number of samples then follows from scene, seed and settings, for any number of
+    /// threads.
+    pub noise_limit: Option<f32>,
     /// Longest path, in segments; 1 is light seen directly.
     pub max_depth: u32,
     /// Selects the random numbers.
@@ -64,6 +68,7 @@ impl Default for Settings {
             camera: 0,
             samples: 64,
             time_limit: None,
+            noise_limit: None,
             max_depth: 12,
             seed: 0,
             threads: 0,
@@ -111,8 +116,24 @@ pub enum Caustics {
 /// Largest side of an image, pixels.
 pub const LARGEST_SIDE: u32 = 1 << 16;
 
+/// Passes before an estimate of the noise may end a render: what is rare shows in none of the first few, and they seem
+/// free of noise.
+pub const LEAST_PASSES: u32 = 16;
+
+/// Samples per pixel at most where the noise alone is given, which a black image never reaches.
+pub const MOST_BY_NOISE: u32 = 1 << 16;
+
 /// Longest path, in segments.
 pub const LARGEST_DEPTH: u32 = 1024;
+
+/// Samples per pixel where nobody asked for a number, with these limits.
+pub fn samples_by_limits(time: bool, noise: bool) -> u32 {
+    match (time, noise) {
+        (true, false) => u32::MAX,
+        (_, true) => MOST_BY_NOISE,
+        (false, false) => Settings::default().samples,
+    }
+}
 
 /// Whether these can be rendered.
 pub(crate) fn validate(world: &World, settings: &Settings) -> Result<(), RenderError> {
@@ -129,6 +150,9 @@ pub(crate) fn validate(world: &World, settings: &Settings) -> Result<(), RenderE
     if settings.width as u64 * settings.height as u64 > u32::MAX as u64 {
         let size = format!("{}x{}", settings.width, settings.height);
         return RenderError::setting("size", size, "fewer than 2^32 pixels were expected");
+    }
+    if let Some(noise) = settings.noise_limit.filter(|n| !(*n > 0.0 && n.is_finite())) {
+        return RenderError::setting("noise_limit", noise, "a finite number above 0 was expected");
     }
     if settings.camera >= world.cameras.len() {
         let expected = format!("the scene has {} cameras", world.cameras.len());

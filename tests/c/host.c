@@ -163,6 +163,13 @@ static bool on_progress(void* user, const caustica_progress* progress) {
     TRUE(caustica_device_release(device) == CAUSTICA_ERROR_WRONG_STATE);
     OK(caustica_last_error(device, &detail));
     TRUE(detail.code == CAUSTICA_ERROR_WRONG_STATE);
+    /* What there is can be read, from the first whole pass to the end. */
+    static float shown[40 * 30 * 3];
+    uint32_t samples = 0;
+    const caustica_pixels pixels = {.struct_size = sizeof pixels, .format = CAUSTICA_FORMAT_RGB_F32, .data = shown,
+                                    .size = sizeof shown, .samples = &samples};
+    const caustica_result result = caustica_render_read(device, progress->render, &pixels);
+    TRUE(result == (samples > 0 ? CAUSTICA_OK : CAUSTICA_ERROR_WRONG_STATE) && samples >= progress->samples);
     observer->fraction = progress->fraction;
     return ++observer->calls < observer->stop_after;
 }
@@ -202,6 +209,14 @@ static void callbacks(void) {
     OK(caustica_render(device, &desc, &render));
     OK(caustica_render_result(device, render, &statistics));
     TRUE(statistics.samples > 64);
+    OK(caustica_render_release(device, render));
+
+    /* As many as a noise needs. */
+    desc = request(0);
+    desc.noise_limit = 0.1f;
+    OK(caustica_render(device, &desc, &render));
+    OK(caustica_render_result(device, render, &statistics));
+    TRUE(statistics.samples >= 16 && statistics.samples < 65536 && statistics.noise > 0 && statistics.noise <= 0.1f);
     OK(caustica_render_release(device, render));
 }
 

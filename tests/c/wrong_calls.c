@@ -512,6 +512,9 @@ static void render_calls(void) {
     WITH(desc.caustics_only, 2, INVALID, caustica_render(device, &desc, &render));
     WITH(desc.num_threads, UINT32_MAX, CAUSTICA_ERROR_LIMIT, caustica_render(device, &desc, &render));
     WITH(desc.time_limit_seconds, NAN, INVALID, caustica_render(device, &desc, &render));
+    WITH(desc.noise_limit, NAN, INVALID, caustica_render(device, &desc, &render));
+    WITH(desc.noise_limit, -1, INVALID, caustica_render(device, &desc, &render));
+    WITH(desc.reserved, 1, INVALID, caustica_render(device, &desc, &render));
     WITH(desc.time_limit_seconds, -1, INVALID, caustica_render(device, &desc, &render));
     WITH(desc.width, UINT32_MAX, INVALID, caustica_render(device, &desc, &render));
     WITH(desc.width, 0, INVALID, caustica_render(device, &desc, &render));

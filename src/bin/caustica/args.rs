@@ -43,13 +43,17 @@ pub(crate) struct Render {
     /// Estimator of the image
     #[arg(long, value_enum, default_value_t = IntegratorName::Bdpt)]
     pub(crate) integrator: IntegratorName,
-    /// Samples per pixel; with --time and without --spp, as many as fit [default: 64]
+    /// Samples per pixel; with --time or --noise and without --spp, as many as fit or are needed [default: 64]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) spp: Option<u32>,
     /// Stop after the pass that is running at this time; the samples before the first pass, which decide on caustics, and
     /// that pass are drawn in any case
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub(crate) time: Option<f64>,
+    /// Stop when the estimated noise, the relative standard error of the image, is no more than this, e.g. 0.01; after 16
+    /// samples per pixel at least, without --spp after 65536 at most
+    #[arg(long, value_name = "ERROR", value_parser = positive)]
+    pub(crate) noise: Option<f64>,
     /// Worker threads; 0 for as many as the process may use
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(crate) threads: usize,

@@ -8,6 +8,7 @@ use caustica::io::image::{self, ImageIo, Metadata, WriteOptions};
 use caustica::math::luminance;
 use caustica::render::{
     self, Cancel, Forecast, Image, Integrator, Output, Settings, Statistics, Technique, TechniqueImages,
+    samples_by_limits,
 };
 use caustica::scene::CommitOptions;
 use clap::CommandFactory;
@@ -36,6 +37,7 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         integrator,
         samples: samples(args),
         time_limit: args.time.map(Duration::from_secs_f64),
+        noise_limit: args.noise.map(|noise| noise as f32),
         threads: args.threads,
         per_technique: args.strategies.is_some(),
         caustics_only: args.caustics_only,
@@ -122,11 +124,7 @@ fn write_strategies(
 
 /// Without a number, a time limit alone decides.
 fn samples(args: &Render) -> u32 {
-    match (args.spp, args.time) {
-        (Some(n), _) => n,
-        (None, Some(_)) => u32::MAX,
-        (None, None) => Settings::default().samples,
-    }
+    args.spp.unwrap_or(samples_by_limits(args.time.is_some(), args.noise.is_some()))
 }
 
 fn options(args: &Render) -> WriteOptions {
@@ -282,5 +280,7 @@ mod tests {
     fn a_time_limit_alone_sets_no_number_of_samples() {
         assert_eq!(samples(&parsed(&["--time", "2"])), u32::MAX);
         assert_eq!(samples(&parsed(&["--time", "2", "--spp", "8"])), 8);
+        assert_eq!(samples(&parsed(&["--noise", "0.01"])), 65536);
+        assert_eq!(samples(&parsed(&["--noise", "0.01", "--spp", "8"])), 8);
     }
 }
