@@ -34,8 +34,8 @@
  * Threads.    Any thread may call any function. Calls on different objects run concurrently; to add to,
  *             remove from, load into, commit or release a scene, to set its environment or to ask for its
  *             cameras gives CAUSTICA_ERROR_BUSY while another thread does one of these. But a commit copies the
- *             scene first: while it builds, only another commit and the release of the scene are busy. Setting an
- *             instance, light, camera or material never is: during the copy it may or may not be in the
+ *             scene first: while it builds, only another commit and the release of the scene are busy. Setting a
+ *             mesh, instance, light, camera or material never is: during the copy it may or may not be in the
  *             snapshot. A device must not be used any more when its release begins.
  *             A calling thread needs 256 kB of stack. The threads of a render have the signal mask of the one
  *             that starts it.
@@ -160,9 +160,9 @@ enum {
 enum { CAUSTICA_SEVERITY_INFO = 1, CAUSTICA_SEVERITY_WARNING = 2, CAUSTICA_SEVERITY_ERROR = 3 };
 
 /* Receives what renders of a scene cannot find (info), warnings, and every error that a call or a render on the
- * device ends with, but not CAUSTICA_ERROR_BUSY nor that a render still runs or has no image yet: a host may try these as
- * often as it likes. What a commit says is not said again by the next of the same scene. Called on the thread of that call, or on the render's thread: possibly on several at once.
- * `detail` is valid during the call. */
+ * device ends with, but not CAUSTICA_ERROR_BUSY nor that a render still runs or has no image yet: a host may try these
+ * as often as it likes. What a commit says is not said again by the next of the same scene. Called on the thread of
+ * that call, or on the render's thread: possibly on several at once. `detail` is valid during the call. */
 typedef void (*caustica_message_callback)(void* user, uint32_t severity, const caustica_detail* detail);
 
 typedef struct caustica_device_options {
