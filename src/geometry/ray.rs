@@ -44,7 +44,8 @@ impl Ray {
     }
 
     /// The open segment from a surface point to a point in space, which may lie in a surface: that is not in the way,
-    /// wherever rounding puts it.
+    /// wherever rounding puts it: within four roundings of the ray's length, two more than the difference and the quotient
+    /// that make its distance have.
     #[inline]
     pub fn to_point(from: &SurfacePoint, to: Vec3) -> Ray {
         let origin = from.offset(to - from.p);

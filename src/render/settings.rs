@@ -117,10 +117,10 @@ pub enum Caustics {
 pub const LARGEST_SIDE: u32 = 1 << 16;
 
 /// Passes before an estimate of the noise may end a render: what is rare shows in none of the first few, and they seem
-/// free of noise.
+/// free of noise. Not tuned.
 pub const LEAST_PASSES: u32 = 16;
 
-/// Samples per pixel at most where the noise alone is given, which a black image never reaches.
+/// Samples per pixel at most where the noise alone is given, which a black image never reaches. Not tuned.
 pub const MOST_BY_NOISE: u32 = 1 << 16;
 
 /// Longest path, in segments.
