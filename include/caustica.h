@@ -271,8 +271,27 @@ caustica_result caustica_scene_release(caustica_device* device, caustica_scene s
 caustica_result caustica_scene_load(caustica_device* device, caustica_scene scene, const char* path,
                                     uint32_t* warning_count);
 
-/* Radiance that arrives from infinity, the same from everywhere; at first 0. */
+/* Radiance that arrives from infinity, the same from everywhere, in place of any image; at first 0. */
 caustica_result caustica_scene_set_environment(caustica_device* device, caustica_scene scene, const float radiance[3]);
+
+/* An image of what is infinitely far away, latitude by longitude: the top row is around +y, the middle of the image +z,
+ * its left quarter +x, as in OpenEXR's environment maps. Between the centres of its pixels it is interpolated. Numbers
+ * below 0 count as 0; others must be finite. */
+typedef struct caustica_environment_desc {
+    uint32_t struct_size;
+    uint32_t width;        /* columns of `pixels`, up to 65536; else 0 */
+    uint32_t height;       /* rows of `pixels`, up to 65536; else 0 */
+    float radiance[3];     /* what the image is multiplied by, W/(m^2 sr) if it is relative to 1 */
+    const float* pixels;   /* r, g, b, linear Rec. 709, row by row from the top; or NULL */
+    uint64_t pixel_stride; /* bytes from one to the next; 0: 12 */
+    const char* path;      /* an image file in place of `pixels`: .exr, .hdr and so on as in caustica_render_write; or NULL */
+    double transform[12];  /* image to world, a rotation whose translation is ignored; all 0: the identity */
+} caustica_environment_desc;
+
+/* Surrounds a scene with an image, copied or read during the call. Without `pixels` and `path` the image that was there
+ * stays, with another radiance and transform. */
+caustica_result caustica_scene_set_environment_image(caustica_device* device, caustica_scene scene,
+                                                     const caustica_environment_desc* desc);
 
 /* Shows a mesh in a scene, as often as wanted. A mirroring transform keeps the front the front.
  * `instance` may be NULL. */

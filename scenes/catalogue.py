@@ -3,7 +3,7 @@
 from dataclasses import replace
 from math import acos, atan2, cos, exp, pi, sin, sqrt
 
-from model import Camera, Diffuse, Glass, Object, PointLight, Scene, Sphere, SpotLight
+from model import Camera, Diffuse, Glass, Image, Object, PointLight, Scene, Sphere, SpotLight, Vec3
 from shapes import (add, arc, box, cross, disk, dot, hemisphere, icosphere, join, lathe, line,
                     liquid, lumps, normalize, part, rectangle, relief, scale, sphere, square, sub,
                     tube, turned_box, waved_grid)
@@ -407,6 +407,34 @@ def pane_sphere() -> Scene:
     ], [PointLight("point", (0.9, 2.4, -0.5), (11.0, 11.0, 11.0))])
 
 
+def sky_image(width: int, height: int) -> Image:
+    """A clear sky over dark ground, with a hazy sun of a few degrees at 45 degrees above +x and +z. Halves hold it exactly
+    to 11 bits."""
+    sun = normalize((0.6, 0.8, 0.5))
+
+    def pixel(column: int, row: int) -> Vec3:
+        longitude, latitude = pi * (1 - (2 * column + 1) / width), pi * (0.5 - (row + 0.5) / height)
+        d = (cos(latitude) * sin(longitude), sin(latitude), cos(latitude) * cos(longitude))
+        if d[1] < 0:
+            return (0.12, 0.1, 0.08)
+        angle = acos(min(1.0, dot(d, sun)))
+        glow = 150.0 * exp(-((angle / 0.06) ** 2)) + 0.6 * exp(-angle / 0.3)
+        zenith = d[1]
+        return (0.55 - 0.4 * zenith + glow, 0.65 - 0.35 * zenith + 0.9 * glow, 0.8 - 0.15 * zenith + 0.7 * glow)
+
+    return Image("sky", [[pixel(column, row) for column in range(width)] for row in range(height)])
+
+
+def sky() -> Scene:
+    """A glass ball, a lens and a clay ball on a floor, under a sky with a sun."""
+    return Scene("sky", Camera((0.3, 1.0, 3.7), (0.0, 0.6, 0.0), 36.0), [
+        Object("floor", FLOOR, WHITE),
+        Object("ball", Sphere((-0.55, 0.5, 0.1), 0.42), GLASS),
+        Object("lens", Sphere((0.5, 0.3, -0.35), 0.26), Glass("lens glass", 1.62)),
+        Object("clay", Sphere((0.75, 0.25, 0.55), 0.25), Diffuse("clay", (0.7, 0.25, 0.15))),
+    ], [], (1.0, 1.0, 1.0), sky_image(128, 64), 20.0)
+
+
 def scenes() -> list[Scene]:
     """All, in the order of the README."""
     ball = Sphere((0.1, -0.1, -0.2), 0.45)
@@ -424,5 +452,5 @@ def scenes() -> list[Scene]:
         rough_glass(), frosted(), smooth_normals(), demo(),
         eye("eye", False), eye("eye_small", True),
         water("water", 0.3), water("water_small", 0.005), water_glass(), lumpy(),
-        window("window", 0.3), window("window_small", 0.005), pane_sphere(),
+        window("window", 0.3), window("window_small", 0.005), pane_sphere(), sky(),
     ]

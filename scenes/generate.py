@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the .glb files of this folder. Standard library only.
+"""Writes the .glb and .exr files of this folder. Standard library only.
 
   python3 scenes/generate.py           write them
   python3 scenes/generate.py --check   fail unless the files on disk are what would be written
@@ -9,6 +9,7 @@ import pathlib
 import sys
 
 import catalogue
+import exr
 import glb
 
 HERE = pathlib.Path(__file__).resolve().parent
@@ -19,16 +20,19 @@ def main() -> int:
     if sys.argv[1:] and not check:
         print(__doc__, file=sys.stderr)
         return 2
-    wrong, scenes = [], catalogue.scenes()
-    for scene in scenes:
-        path, data = HERE / f"{scene.name}.glb", glb.encode(scene)
+    wrong, files = [], {}
+    for scene in catalogue.scenes():
+        files[f"{scene.name}.glb"] = glb.encode(scene)
+        if scene.sky:
+            files[f"{scene.sky.name}.exr"] = exr.encode(len(scene.sky.rows[0]), scene.sky.rows)
+    for name, data in files.items():
+        path = HERE / name
         if not check:
             path.write_bytes(data)
         elif not path.is_file() or path.read_bytes() != data:
             wrong.append(path.name)
-    known = {f"{scene.name}.glb" for scene in scenes}
     if check:
-        wrong += sorted(p.name for p in HERE.glob("*.glb") if p.name not in known)
+        wrong += sorted(p.name for p in HERE.iterdir() if p.suffix in (".glb", ".exr") and p.name not in files)
     for name in wrong:
         print(f"{name}: differs from what generate.py makes", file=sys.stderr)
     return 1 if wrong else 0

@@ -131,7 +131,10 @@ def encode(scene: Scene) -> bytes:
 
     root = {"name": scene.name, "nodes": list(range(len(nodes)))}
     if any(scene.environment):
-        root["extras"] = {"caustica": {"environment": numbers(scene.environment)}}
+        extras = {"environment": numbers(scene.environment)}
+        if scene.sky:
+            extras |= {"environment_image": f"{scene.sky.name}.exr", "environment_rotation": scene.turn}
+        root["extras"] = {"caustica": extras}
     document = {
         "asset": {"version": "2.0", "generator": "Caustica scenes/generate.py"},
         "scene": 0,

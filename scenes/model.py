@@ -91,11 +91,22 @@ class Camera:
 
 
 @dataclass(frozen=True)
+class Image:
+    """Rows of pixels from the top, beside the scene in NAME.exr."""
+
+    name: str
+    rows: list[list[Vec3]]
+
+
+@dataclass(frozen=True)
 class Scene:
-    """One file. `environment` is radiance from infinity, the same from everywhere."""
+    """One file. `environment` is radiance from infinity, the same from everywhere, or what the image `sky` of it is
+    multiplied by, which is turned about +y by `turn` degrees."""
 
     name: str
     camera: Camera
     objects: list[Object]
     lights: list[PointLight | SpotLight] = field(default_factory=list)
     environment: Vec3 = (0.0, 0.0, 0.0)
+    sky: Image | None = None
+    turn: float = 0.0

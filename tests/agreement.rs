@@ -131,6 +131,11 @@ fn integrators_with_an_environment() {
 }
 
 #[test]
+fn integrators_with_an_image_of_the_sky() {
+    integrators_agree("under a sky", &scenes::under_a_sky(), 96);
+}
+
+#[test]
 fn integrators_with_the_camera_in_glass() {
     integrators_agree("camera in glass", &scenes::camera_in_glass(), 160);
 }

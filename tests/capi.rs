@@ -186,6 +186,9 @@ fn both_sides_agree_on_layouts_and_constants() {
             struct_size, model, name, color, roughness, ior, ior_outside, absorption, absorption_outside, metallic,
             specular, specular_color, transmission, solid, emission, emission_two_sided, walked_roughness
         }
+        caustica_environment_desc = capi::environment::EnvironmentDesc {
+            struct_size, width, height, radiance, pixels, pixel_stride, path, transform
+        }
         caustica_commit_report = capi::scene::CommitReport {
             struct_size, warning_count, triangle_count, scene_hash, seconds, center, radius
         }

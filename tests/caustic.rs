@@ -8,7 +8,7 @@ use caustica::render::{Caustics, Image, Integrator, Settings};
 use caustica::scene::World;
 use caustica::scene::description::*;
 use caustica::transport::options::MOST_SEEDS;
-use common::scenes::under_a_lamp;
+use common::scenes::{self, under_a_lamp};
 use common::stats::{Blocks, blocks, check_normal, z_scores};
 use common::{Builder, grid, icosphere, settings};
 use glam::{DAffine3, DVec3, Vec3};
@@ -133,7 +133,7 @@ fn an_open_sheet() {
 fn endless_ink_hides_the_sky() {
     // However it is sampled: by next-event estimation, by rays that leave the scene, from the sky.
     let mut b = Builder::default();
-    b.0.environment = Rgb::ONE;
+    b.0.environment = Rgb::ONE.into();
     let white = b.diffuse(0.6);
     b.quad(Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0, white);
     let bubble = b.material(Scattering::Dielectric {
@@ -261,9 +261,21 @@ fn environment_through_a_ball() {
     b.quad(Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0, white);
     let glass = b.glass(1.5, 0.0);
     b.sphere(DVec3::new(0.0, 0.6, 0.0), 0.5, glass);
-    b.0.environment = Rgb::splat(0.7);
+    b.0.environment = Rgb::splat(0.7).into();
     b.perspective([0.0, 1.8, 3.0], [0.0, 0.3, 0.0], 0.7);
     agree("environment", &b, 128, 32);
+}
+
+#[test]
+fn sky_through_a_ball() {
+    let mut b = Builder::default();
+    let white = b.diffuse(0.6);
+    b.quad(Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0, white);
+    let glass = b.glass(1.5, 0.0);
+    b.sphere(DVec3::new(0.0, 0.6, 0.0), 0.5, glass);
+    b.0.environment = scenes::sky();
+    b.perspective([0.0, 1.8, 3.0], [0.0, 0.3, 0.0], 0.7);
+    agree("sky", &b, 128, 32);
 }
 
 #[test]

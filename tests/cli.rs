@@ -73,7 +73,7 @@ fn help_goes_to_standard_output() {
 
 #[test]
 fn wrong_usage_is_exit_code_2() {
-    let wrong: [&[&str]; 18] = [
+    let wrong: [&[&str]; 19] = [
         &[],
         &["paint"],
         &["render", SCENE],
@@ -92,6 +92,7 @@ fn wrong_usage_is_exit_code_2() {
         &["render", SCENE, "-o", "a.exr", "--caustics", "off", "--check", "exact"],
         &["render", SCENE, "-o", "a.exr", "--paper", "--roulette-threshold", "2"],
         &["pixel", SCENE, "0", "0", "--integrator", "mnee", "--aim", "0.5"],
+        &["render", SCENE, "-o", "a.exr", "--environment-rotation", "inf"],
     ];
     for args in wrong {
         let (out, err) = expect(2, args);
@@ -288,6 +289,27 @@ fn info_counts_what_is_in_the_scene() {
     {
         assert!(out.contains(what), "{what} is not in\n{out}");
     }
+}
+
+#[test]
+fn an_image_of_the_sky_lights_any_scene() {
+    let folder = Folder::new();
+    let luminance = |more: &[&str]| {
+        let path = folder.path("a.exr");
+        render(&path, more);
+        numbers(&expect(0, &["compare", &path, &path]).0, "mean")[0]
+    };
+    let (sky, alone) = (concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/sky.exr"), luminance(&[]));
+    let lit = luminance(&["--environment", sky]);
+    assert!(lit > alone);
+    let dim = luminance(&["--environment", sky, "--environment-scale", "0.5"]);
+    assert!(alone < dim && dim < lit, "{alone} {dim} {lit}");
+    assert_ne!(lit, luminance(&["--environment", sky, "--environment-rotation", "-120"]));
+    let missing = folder.path("none.exr");
+    let (_, err) = expect(1, &["render", SCENE, "-o", &folder.path("b.exr"), "--environment", &missing]);
+    assert!(err.contains(&missing), "{err}");
+    let info = expect(0, &["info", concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/sky.glb")]).0;
+    assert!(info.contains("times an image of 128x64"), "{info}");
 }
 
 #[test]

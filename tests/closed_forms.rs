@@ -111,8 +111,21 @@ fn directional_light() {
 
 #[test]
 fn environment() {
-    let b = over_floor(|b| b.0.environment = Rgb::splat(0.7));
+    let b = over_floor(|b| b.0.environment = Rgb::splat(0.7).into());
     check("environment", &b, 4, 256, &|_| ALBEDO * 0.7);
+}
+
+/// An image of two pixels: `a` down to a quarter of the way from the pole, then linear in the height of the direction, the
+/// square of which is 1/2 there. Upright, and upside down.
+#[test]
+fn image_environment() {
+    for (name, turn, a, b) in [("image", 0.0, 2.0, 0.25), ("image upside down", PI, 0.25, 2.0)] {
+        let image = EnvironmentMap::new(1, 2, [2.0, 0.25].map(Rgb::splat).to_vec()).expect("an image");
+        let rotation = glam::DMat3::from_rotation_x(turn);
+        let sky = Environment { radiance: Rgb::splat(0.7), image: Some(std::sync::Arc::new(image)), rotation };
+        let scene = over_floor(|builder| builder.0.environment = sky.clone());
+        check(name, &scene, 4, 256, &|_| ALBEDO * 0.7 * 2.0 * ((a + b) / 8.0 + (a - b) / 12.0 + a / 4.0));
+    }
 }
 
 /// A sphere above the horizon gives pi L sin²(half-angle) cos(angle of its centre).

@@ -17,7 +17,7 @@ use caustica::transport::options::CausticOptions;
 use common::oracle::{BIAS_LIMIT, check_bias, check_pairs, first_seed, renders};
 use common::stats::{block_means, mean_and_error};
 use common::{Builder, icosphere, scenes, settings};
-use glam::{DAffine3, DQuat, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -169,6 +169,11 @@ fn delta_lights_at_all_sizes() {
 #[test]
 fn an_environment_at_all_sizes() {
     check_similar("environment", &scenes::environment(), &sizes(), 0.002);
+}
+
+#[test]
+fn an_image_of_the_sky_at_all_sizes() {
+    check_similar("sky", &scenes::under_a_sky(), &sizes(), 0.002);
 }
 
 /// A small ball of glass close above the floor, under a lamp and a pane, all seen through another.
@@ -353,7 +358,7 @@ fn glass_of_index_one() {
             b.sphere(DVec3::new(-0.5, 0.75, 0.0), 0.5, glass);
             b.mesh(icosphere(0.5, 1, false), glass, DAffine3::from_translation(DVec3::new(0.75, 0.75, 0.25)));
         }
-        b.0.environment = Rgb::splat(0.5);
+        b.0.environment = Rgb::splat(0.5).into();
         let lamp = b.lamp(1.0);
         b.quad(Vec3::new(-2.5, 2.5, -2.0), Vec3::X * 5.0, Vec3::Z * 4.5, lamp);
         b.perspective([0.375, 1.75, 4.25], [0.0, 0.7, 0.0], 0.62);
@@ -407,6 +412,17 @@ fn what_no_ray_tracer_holds_is_refused_before_it_is_made() {
         let error = commit(&sphere(radius, scale));
         let named = matches!(&error, Some(SceneError::Invalid { kind: "instance", index: 0, .. }));
         assert!(named, "radius {radius:e}, scale {scale:e}: {error:?}");
+    }
+
+    let sky = |radiance: f32, rotation| {
+        let environment = Environment { radiance: Rgb::splat(radiance), rotation, ..scenes::sky() };
+        Description { environment, ..sphere(1.0, 1.0) }
+    };
+    assert!(commit(&sky(1e36, DMat3::from_rotation_z(2.0))).is_none());
+    for (radiance, rotation) in [(2e37, DMat3::IDENTITY), (1.0, -DMat3::IDENTITY), (1.0, DMat3::IDENTITY * 1.001)] {
+        let error = commit(&sky(radiance, rotation));
+        let named = matches!(&error, Some(SceneError::Invalid { kind: "environment", .. }));
+        assert!(named, "radiance {radiance:e}, rotation {rotation}: {error:?}");
     }
 
     // A forest of which one tree fits into memory.

@@ -88,7 +88,7 @@ fn room(objects: impl Fn(&mut Builder)) -> World {
 
 fn sky(objects: impl Fn(&mut Builder)) -> World {
     let mut b = Builder::default();
-    b.0.environment = Rgb::ONE;
+    b.0.environment = Rgb::ONE.into();
     objects(&mut b);
     b.perspective([0.0, 0.4, 2.6], [0.0, 0.0, 0.0], 0.7);
     b.commit()
@@ -175,7 +175,7 @@ fn lossless_things_under_a_sky() {
 fn radiance_within_a_medium_is_n_squared() {
     let n = 1.5;
     let mut b = Builder::default();
-    b.0.environment = Rgb::ONE;
+    b.0.environment = Rgb::ONE.into();
     let glass = b.glass(n as f32, 0.0);
     b.sphere(DVec3::ZERO, 1.0, glass);
     let snow = b.diffuse(1.0);

@@ -38,13 +38,14 @@ fn world() -> World {
 #[test]
 fn a_commit_shares_shapes_and_ray_tracer_where_these_stay() {
     type Edit = fn(&mut Builder);
-    let stay: [(&str, Edit); 4] = [
+    let stay: &[(&str, Edit)] = &[
         ("camera", |b| b.0.cameras[0].transform.translation.x += 0.3),
         ("material", |b| b.0.materials[1] = b.0.materials[0].clone()),
         ("its choice", |b| b.0.instances[0].material = 1),
-        ("environment", |b| b.0.environment = Rgb::ONE),
+        ("environment", |b| b.0.environment = Rgb::ONE.into()),
+        ("image of the environment", |b| b.0.environment = common::scenes::sky()),
     ];
-    let go: [(&str, Edit); 4] = [
+    let go: &[(&str, Edit)] = &[
         ("place", |b| b.0.instances[1].transform.translation.x += 0.125),
         ("radius", |b| b.0.instances[1].geometry = Geometry::Sphere { radius: 0.25 }),
         ("vertex", |b| Arc::make_mut(&mut b.0.meshes[0]).positions[0][1] = 0.25),

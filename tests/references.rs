@@ -138,6 +138,17 @@ fn smooth_normals_bdpt() {
     check("smooth_normals", bdpt(60));
 }
 
+/// An image all around, whose sun is a few degrees wide.
+#[test]
+fn sky_path() {
+    check("sky", path(64));
+}
+
+#[test]
+fn sky_bdpt() {
+    check("sky", bdpt(48));
+}
+
 /// The lamp lights a panel only; everything else is lit by the panel, also through smooth glass. A
 /// path tracer finds the panel by chance, so that the excluded bias is larger here.
 #[test]

@@ -21,7 +21,7 @@ use caustica::transport::options::{self, CausticOptions, GeometryTerm, MOST_SEED
 use caustica::transport::roulette::Roulette;
 use caustica::transport::vertex::{EdgeRecord, on_path};
 use caustica::transport::{Tracer, Vertex};
-use common::{Builder, icosphere};
+use common::{Builder, icosphere, scenes};
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 
 /// A compressed path, camera end first, without the camera and the light vertex themselves.
@@ -420,10 +420,20 @@ fn environment_and_area_light() {
     let lights = |b: &mut Builder| {
         let lamp = b.lamp(5.0);
         b.quad(Vec3::new(-0.5, 2.8, -0.5), Vec3::X, Vec3::Z, lamp);
-        b.0.environment = Rgb::splat(0.5);
+        b.0.environment = Rgb::splat(0.5).into();
     };
     check("environment and area light", &room(lights, true, PERSPECTIVE));
     check("environment, orthographic", &room(lights, true, Projection::Orthographic { ymag: 1.3 }));
+}
+
+#[test]
+fn image_of_the_sky_and_area_light() {
+    let lights = |b: &mut Builder| {
+        let lamp = b.lamp(5.0);
+        b.quad(Vec3::new(-0.5, 2.8, -0.5), Vec3::X, Vec3::Z, lamp);
+        b.0.environment = scenes::sky();
+    };
+    check("image of the sky and area light", &room(lights, true, PERSPECTIVE));
 }
 
 #[test]

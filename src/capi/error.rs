@@ -257,7 +257,8 @@ impl Origins {
 }
 
 /// What the structs of the header call the fields of a description, where that differs: (kind, ours, theirs).
-const FIELDS: [(&str, &str, &str); 10] = [
+const FIELDS: [(&str, &str, &str); 11] = [
+    ("environment", "rotation", "transform"),
     ("material", "reflectance", "color"),
     ("material", "tint", "color"),
     ("material", "base_color", "color"),

@@ -57,7 +57,7 @@ fn load(device: &Arc<Device>, scene: Handle<Scene>, path: Text, warning_count: O
         contents.instances.insert(order, Arc::new(instance));
     }
     contents.lights.extend(lights.into_iter().map(|state| Arc::new(Light::new(0, &scene, state))));
-    if environment != Rgb::ZERO {
+    if environment.radiance != Rgb::ZERO {
         contents.environment = environment;
     }
     drop(contents);

@@ -14,6 +14,7 @@ compile_error!("the C interface turns panics into error codes and needs panic = 
 
 pub mod camera;
 pub mod device;
+pub mod environment;
 pub mod error;
 mod guard;
 pub mod handle;

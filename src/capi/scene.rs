@@ -10,9 +10,8 @@ use super::instance::{Geometry, Instance};
 use super::light::Light;
 use super::material::Material;
 use super::mesh::Mesh;
-use super::pointer::{Out, OutStruct, Sized32, Values};
-use crate::math::Rgb;
-use crate::scene::description::{self, Description};
+use super::pointer::{Out, OutStruct, Sized32};
+use crate::scene::description::{self, Description, Environment};
 use crate::scene::{CommitOptions, World};
 use crate::transport::limits::limits;
 use std::collections::{BTreeMap, HashMap};
@@ -52,7 +51,7 @@ pub(super) struct Contents {
     pub(super) instances: BTreeMap<u64, Arc<Instance>>,
     pub(super) lights: Vec<Arc<Light>>,
     pub(super) cameras: Vec<Arc<Camera>>,
-    pub(super) environment: Rgb,
+    pub(super) environment: Environment,
     instances_so_far: u64,
     /// Whether the scene is gone, for a call that found it just before.
     released: bool,
@@ -137,9 +136,6 @@ guard::export! {
     /// Ends a scene, with its instances, lights and cameras.
     fn caustica_scene_release(device, scene: Handle<Scene>) = release;
 
-    /// Sets the radiance that arrives from infinity.
-    fn caustica_scene_set_environment(device, scene: Handle<Scene>, radiance: Values<f32, 3>) = set_environment;
-
     /// Makes a snapshot for renders.
     fn caustica_scene_commit(device, scene: Handle<Scene>, report: OutStruct<CommitReport>) = commit;
 }
@@ -165,17 +161,6 @@ fn release(device: &Arc<Device>, scene: Handle<Scene>) -> Result<i32, Failure> {
     contents.instances.values().for_each(|x| drop(device.instances.remove(Handle::new(x.id))));
     contents.lights.iter().for_each(|x| drop(device.lights.remove(Handle::new(x.id))));
     contents.cameras.iter().for_each(|x| drop(device.cameras.remove(Handle::new(x.id))));
-    Ok(OK)
-}
-
-fn set_environment(device: &Arc<Device>, scene: Handle<Scene>, radiance: Values<f32, 3>) -> Result<i32, Failure> {
-    let scene = device.scenes.get(scene)?;
-    let radiance = radiance.read().ok_or_else(|| Failure::argument("radiance", "is null"))?;
-    if let Some(at) = radiance.iter().position(|x| !(x.is_finite() && *x >= 0.0)) {
-        let text = format!("is {}; finite numbers of at least 0 were expected", radiance[at]);
-        return Err(Failure::argument("radiance", text).at(at as u64).object(OBJECT_SCENE, scene.id, ""));
-    }
-    scene.edit()?.environment = Rgb::from_array(radiance);
     Ok(OK)
 }
 
@@ -213,7 +198,7 @@ fn commit(device: &Arc<Device>, scene: Handle<Scene>, report: OutStruct<CommitRe
 
 /// The contents as a description: objects become indices, each mesh and material standing once.
 fn describe(contents: &Contents) -> Result<(Description, Origins), Failure> {
-    let mut description = Description { environment: contents.environment, ..Description::default() };
+    let mut description = Description { environment: contents.environment.clone(), ..Description::default() };
     let mut origins = Origins::default();
     let mut meshes: HashMap<*const Mesh, usize> = HashMap::new();
     let mut materials: HashMap<*const Material, usize> = HashMap::new();

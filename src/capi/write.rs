@@ -38,7 +38,7 @@ fn write(device: &Arc<Device>, render: Handle<Render>, path: Text) -> Result<i32
     Ok(OK)
 }
 
-fn failure(error: ImageError) -> Failure {
+pub(super) fn failure(error: ImageError) -> Failure {
     let code = match error {
         ImageError::Io { .. } | ImageError::Codec { .. } => ERROR_IO,
         ImageError::Unsupported { .. } | ImageError::Module { .. } => ERROR_UNSUPPORTED,

@@ -62,6 +62,14 @@ impl Link {
     }
 }
 
+/// The direction of a vertex of the environment, which has no other.
+fn to_infinity(at: &Endpoint) -> Vec3 {
+    match at {
+        Endpoint::Infinite(direction) => *direction,
+        Endpoint::Surface(_) | Endpoint::Point(_) => Vec3::ZERO,
+    }
+}
+
 fn mesh(shapes: &[Shape], i: u32) -> Option<&Mesh> {
     match &shapes[i as usize] {
         Shape::Mesh(mesh) => Some(mesh),
@@ -108,7 +116,7 @@ impl Light {
             Light::Point(l) => l.intensity.as_dvec3() * PointLight::FLUX,
             Light::Spot(l) => l.intensity.as_dvec3() * l.flux(),
             Light::Directional(l) => l.irradiance.as_dvec3() * l.flux(),
-            Light::Environment(l) => l.radiance.as_dvec3() * l.flux(),
+            Light::Environment(l) => l.power(),
         }
     }
 
@@ -130,6 +138,11 @@ impl Light {
             Light::Spot(light) => Some(light.position),
             Light::Mesh(_) | Light::Sphere(_) | Light::Directional(_) | Light::Environment(_) => None,
         }
+    }
+
+    /// Bytes of its image, if it has one.
+    pub(super) fn memory(&self) -> u64 {
+        if let Light::Environment(light) = self { light.memory() } else { 0 }
     }
 
     /// Whether a camera path can hit it.
@@ -154,7 +167,7 @@ impl Light {
             Light::Point(l) => l.intensity,
             Light::Spot(l) => l.intensity(direction),
             Light::Directional(l) => l.irradiance,
-            Light::Environment(l) => l.radiance,
+            Light::Environment(l) => l.radiance(to_infinity(at)),
         }
     }
 
@@ -167,7 +180,7 @@ impl Light {
             Light::Point(l) => Endpoint::Point(l.position),
             Light::Spot(l) => Endpoint::Point(l.position),
             Light::Directional(l) => Endpoint::Infinite(-l.direction),
-            Light::Environment(_) => Endpoint::Infinite(Environment::sample_direction(u)),
+            Light::Environment(l) => Endpoint::Infinite(l.sample_direction(u)),
         })
     }
 
@@ -182,7 +195,7 @@ impl Light {
                 _ => 0.0,
             },
             Light::Point(_) | Light::Spot(_) | Light::Directional(_) => 1.0,
-            Light::Environment(_) => Environment::DIRECTION_DENSITY,
+            Light::Environment(l) => l.density(to_infinity(at)),
         }
     }
 
@@ -246,19 +259,19 @@ impl Light {
             Light::Point(l) => from_point(l.position, &PointLight::sample_direction),
             Light::Spot(l) => from_point(l.position, &|u| l.sample_direction(u)),
             Light::Directional(l) => from_infinity(l.direction, &l.disk),
-            Light::Environment(l) => from_infinity(-Environment::sample_direction(u_direction), &l.disk),
+            Light::Environment(l) => from_infinity(-l.sample_direction(u_direction), &l.disk),
         }
     }
 
     /// `R_m` without the choice: per area on a surface, per solid angle for the environment, 1 for a
     /// delta position or direction.
     #[inline]
-    pub(super) fn position_density(&self) -> f64 {
+    pub(super) fn position_density(&self, at: &Endpoint) -> f64 {
         match self {
             Light::Mesh(l) => 1.0 / l.area(),
             Light::Sphere(l) => 1.0 / l.area,
             Light::Point(_) | Light::Spot(_) | Light::Directional(_) => 1.0,
-            Light::Environment(_) => Environment::DIRECTION_DENSITY,
+            Light::Environment(l) => l.density(to_infinity(at)),
         }
     }
 

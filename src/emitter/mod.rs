@@ -16,6 +16,7 @@ mod area;
 mod choose;
 mod infinite;
 mod light;
+mod map;
 mod point;
 mod sphere;
 mod spot;
@@ -27,12 +28,13 @@ mod tree;
 use crate::camera::Endpoint;
 use crate::geometry::{Aim, Shape, SurfacePoint, Targets};
 use crate::math::Rgb;
-use crate::scene::description::{LightKind, Material};
+use crate::scene::description::{self, LightKind, Material};
 pub use choose::MOST_LIGHTS;
 use choose::{Choice, Power};
 use glam::{DVec3, Vec2, Vec3};
 use infinite::{Environment, SceneDisk};
 use light::{EmittedRay, Light, Link};
+pub use map::{EnvironmentMap, EnvironmentMapError};
 use std::sync::Arc;
 use surface::SurfaceEmission;
 
@@ -108,7 +110,7 @@ impl Lights {
         shapes: &[Shape],
         materials: &[&Material],
         lights: &[LightKind],
-        environment: Rgb,
+        environment: &description::Environment,
         center: Vec3,
         radius: f32,
     ) -> Lights {
@@ -138,7 +140,7 @@ impl Lights {
         for kind in lights {
             add(Light::of_kind(kind, disk));
         }
-        let environment = add(Light::Environment(Environment { radiance: environment, disk }));
+        let environment = add(Light::Environment(Environment::new(environment, disk)));
 
         Lights { choice: Choice::by_power(&powers), lights: all.into(), of_shape, environment, aim: None }
     }
@@ -262,6 +264,11 @@ impl Lights {
         self.environment
     }
 
+    /// Bytes of images.
+    pub fn memory(&self) -> u64 {
+        self.environment.map_or(0, |light| self.lights[light as usize].memory())
+    }
+
     /// Position of a light that is a point.
     pub fn position(&self, light: u32) -> Option<Vec3> {
         self.lights[light as usize].position()
@@ -289,6 +296,9 @@ impl Lights {
         let light = self.environment?;
         let at = Endpoint::Infinite(direction);
         let radiance = self.lights[light as usize].emitted(&at, -direction);
+        if radiance == Rgb::ZERO {
+            return None;
+        }
         // Infinite light has the same densities for every receiver.
         Some((radiance, self.densities(&[], light, &at, -direction, Vec3::ZERO)))
     }
@@ -306,7 +316,7 @@ impl Lights {
     fn emission_densities(&self, light: u32, at: &Endpoint, direction: Vec3) -> (f64, f64) {
         let l = &self.lights[light as usize];
         let choice = self.choice.as_ref().map_or(0.0, |c| c.probability(light));
-        (choice * l.position_density(), l.direction_density(at, direction, self.aim_of(light)))
+        (choice * l.position_density(at), l.direction_density(at, direction, self.aim_of(light)))
     }
 
     /// The densities of light vertex `at` for a path that leaves it along `direction`, and for a

@@ -1,8 +1,9 @@
 //! What a host or a file says about a scene. Plain data: anything may be wrong in it until
 //! [`super::World::commit`] has looked.
 
+pub use crate::emitter::{EnvironmentMap, EnvironmentMapError};
 use crate::math::Rgb;
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 use std::sync::Arc;
 
 /// A scene as described, before validation.
@@ -18,8 +19,8 @@ pub struct Description {
     pub instances: Vec<Instance>,
     /// Lights that are not surfaces.
     pub lights: Vec<Light>,
-    /// Radiance that arrives from infinity, the same from everywhere; zero for none.
-    pub environment: Rgb,
+    /// What is infinitely far away; radiance zero for nothing.
+    pub environment: Environment,
     /// Viewpoints.
     pub cameras: Vec<Camera>,
 }
@@ -50,6 +51,23 @@ impl Description {
             }
         }
         corners
+    }
+}
+
+/// Light from all around.
+#[derive(Clone, Debug, Default)]
+pub struct Environment {
+    /// W/(m² sr), the same from everywhere; what the image is multiplied by, if there is one.
+    pub radiance: Rgb,
+    /// An image of it.
+    pub image: Option<Arc<EnvironmentMap>>,
+    /// From the image's space to the scene's: a rotation.
+    pub rotation: DMat3,
+}
+
+impl From<Rgb> for Environment {
+    fn from(radiance: Rgb) -> Environment {
+        Environment { radiance, ..Environment::default() }
     }
 }
 

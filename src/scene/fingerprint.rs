@@ -73,7 +73,11 @@ pub(super) fn fingerprint(d: &Description) -> Fingerprint {
     for c in &d.cameras {
         let _ = write!(h, "{:?}{:?}", c.transform, c.projection);
     }
-    let _ = write!(h, "{:?}", d.environment);
+    let Environment { radiance, image, rotation } = &d.environment;
+    let _ = write!(h, "{radiance:?}");
+    if let Some(image) = image {
+        let _ = write!(h, "{:?}{rotation:?}", image.hash());
+    }
     Fingerprint { scene: h.0, shapes: shapes.0 }
 }
 

@@ -16,9 +16,9 @@ pub use world::{CommitOptions, World};
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SceneError {
     /// A value is out of range.
-    #[error("{kind} {index} '{}': {field} is {value}; {expected}", shown(name))]
+    #[error("{}: {field} is {value}; {expected}", object(kind, *index, name))]
     Invalid {
-        /// "mesh", "material", "instance", "light", "camera".
+        /// "mesh", "material", "instance", "light", "camera", "environment".
         kind: &'static str,
         /// Its index in the description.
         index: usize,
@@ -43,4 +43,9 @@ pub enum SceneError {
     /// The ray tracer failed.
     #[error("{0}")]
     Backend(String),
+}
+
+/// How messages name an object; of the environment there is one.
+fn object(kind: &str, index: usize, name: &str) -> String {
+    if kind == "environment" { kind.to_owned() } else { format!("{kind} {index} '{}'", shown(name)) }
 }

@@ -22,7 +22,7 @@ pub(super) fn moved(d: &Description, origin: DVec3) -> Description {
         materials: d.materials.clone(),
         instances: d.instances.clone(),
         lights: d.lights.clone(),
-        environment: d.environment,
+        environment: d.environment.clone(),
         cameras: d.cameras.clone(),
     };
     for instance in &mut d.instances {

@@ -97,7 +97,7 @@ pub(super) fn validate(d: &Description) -> Result<(), SceneError> {
     for (index, light) in d.lights.iter().enumerate() {
         validate_light(&Object { kind: "light", index, name: &light.name }, &light.kind)?;
     }
-    Object { kind: "environment", index: 0, name: "" }.color("radiance", d.environment, f32::MAX)?;
+    validate_environment(&d.environment)?;
     for (index, camera) in d.cameras.iter().enumerate() {
         let object = Object { kind: "camera", index, name: &camera.name };
         object.transform(&camera.transform)?;
@@ -106,8 +106,24 @@ pub(super) fn validate(d: &Description) -> Result<(), SceneError> {
             Projection::Orthographic { ymag } => object.range("ymag", ymag, f64::MIN_POSITIVE, LARGEST_COORDINATE)?,
         }
     }
-    if d.instances.is_empty() && d.environment == Rgb::ZERO {
+    if d.instances.is_empty() && d.environment.radiance == Rgb::ZERO {
         return Err(SceneError::Empty("shape and no environment"));
+    }
+    Ok(())
+}
+
+fn validate_environment(environment: &Environment) -> Result<(), SceneError> {
+    let object = Object { kind: "environment", index: 0, name: "" };
+    object.color("radiance", environment.radiance, f32::MAX)?;
+    let Some(image) = &environment.image else { return Ok(()) };
+    if !(environment.radiance * image.largest()).is_finite() {
+        let value = format!("{} times an image of up to {}", environment.radiance.max_element(), image.largest());
+        return object.fail("radiance", value, "a product within the range of floats was expected");
+    }
+    let m = environment.rotation;
+    let orthonormal = (m * m.transpose() - DMat3::IDENTITY).to_cols_array().iter().all(|x| x.abs() < 1e-6);
+    if !(orthonormal && m.determinant() > 0.0) {
+        return object.fail("rotation", rows(&m), "a rotation was expected");
     }
     Ok(())
 }

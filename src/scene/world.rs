@@ -135,7 +135,7 @@ impl World {
         let materials: Vec<&description::Material> =
             description.instances.iter().map(|i| &description.materials[i.material]).collect();
         let kinds: Vec<description::LightKind> = description.lights.iter().map(|l| l.kind).collect();
-        let lights = Lights::new(&shapes, &materials, &kinds, description.environment, bounds.0, bounds.1);
+        let lights = Lights::new(&shapes, &materials, &kinds, &description.environment, bounds.0, bounds.1);
         if lights.len() > MOST_LIGHTS {
             return Err(SceneError::TooLarge(format!("{} lights; at most {MOST_LIGHTS} are taken", lights.len())));
         }
@@ -208,7 +208,7 @@ impl World {
         self.walked.as_ref().map_or(&self.glass, |walked| &walked.glass)
     }
 
-    /// Bytes of geometry and acceleration structure.
+    /// Bytes of geometry, acceleration structure and images.
     pub fn memory(&self) -> u64 {
         let geometry: usize = self
             .shapes
@@ -218,7 +218,7 @@ impl World {
                 Shape::Sphere(_) => size_of::<Sphere>(),
             })
             .sum();
-        geometry as u64 + self.intersector.memory() + self.glass.memory()
+        geometry as u64 + self.intersector.memory() + self.glass.memory() + self.lights.memory()
     }
 
     /// The compiled material of a shape.

@@ -398,6 +398,65 @@ static void deformed(void) {
     OK(caustica_material_release(device, lamp));
 }
 
+/* An image of the sky: with any stride the same, kept where only its brightness or its direction is set, and gone with
+ * a uniform one. */
+static void surroundings(uint64_t before) {
+    float pixels[2 * 4][4];
+    const float sky[3] = {0.5f, 0.75f, 1};
+    caustica_environment_desc desc;
+    caustica_render_desc render = request(4);
+    caustica_render_job job;
+    uint64_t h;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = sizeof desc;
+    desc.width = 4;
+    desc.height = 2;
+    desc.pixels = &pixels[0][0];
+    desc.pixel_stride = sizeof pixels[0];
+    for (int c = 0; c < 3; ++c) desc.radiance[c] = 1;
+    for (int i = 0; i < 8; ++i) {
+        for (int c = 0; c < 4; ++c) pixels[i][c] = (float)(i + c);
+    }
+    OK(caustica_scene_set_environment_image(device, scene, &desc));
+    TRUE(render_hash(&render) == before); /* not committed */
+    OK(caustica_scene_commit(device, scene, NULL));
+    h = render_hash(&render);
+    TRUE(h != before);
+
+    for (int i = 0; i < 8; ++i) memmove(&pixels[0][0] + 3 * i, pixels[i], 3 * sizeof(float));
+    desc.pixel_stride = 0;
+    OK(caustica_scene_set_environment_image(device, scene, &desc));
+    OK(caustica_scene_commit(device, scene, NULL));
+    TRUE(render_hash(&render) == h);
+
+    desc.pixels = NULL;
+    desc.width = desc.height = 0;
+    OK(caustica_scene_set_environment_image(device, scene, &desc));
+    OK(caustica_scene_commit(device, scene, NULL));
+    TRUE(render_hash(&render) == h);
+    OK(caustica_render(device, &render, &job));
+    OK(caustica_render_write(device, job, "surroundings.exr"));
+    OK(caustica_render_release(device, job));
+    desc.path = "surroundings.exr";
+    OK(caustica_scene_set_environment_image(device, scene, &desc));
+    desc.path = NULL;
+    OK(caustica_scene_commit(device, scene, NULL));
+    TRUE(render_hash(&render) != h);
+    h = render_hash(&render);
+    desc.transform[1] = desc.transform[4] = 1; /* x and y change places, z turns */
+    desc.transform[10] = -1;
+    OK(caustica_scene_set_environment_image(device, scene, &desc));
+    OK(caustica_scene_commit(device, scene, NULL));
+    TRUE(render_hash(&render) != h);
+    desc.transform[10] = 1; /* a mirror, which the commit refuses */
+    OK(caustica_scene_set_environment_image(device, scene, &desc));
+    TRUE(caustica_scene_commit(device, scene, NULL) == CAUSTICA_ERROR_INVALID_ARGUMENT);
+
+    OK(caustica_scene_set_environment(device, scene, sky));
+    OK(caustica_scene_commit(device, scene, NULL));
+    TRUE(render_hash(&render) == before);
+}
+
 /* What renders cannot find is told at the commit. */
 static void limits(void) {
     caustica_light_desc desc;
@@ -535,6 +594,7 @@ int main(void) {
     snapshots(h);
     cameras(h);
     deformed();
+    surroundings(h);
     limits();
     forked();
     concurrent();

@@ -300,6 +300,8 @@ static void scene_calls(void) {
     const caustica_instance instance = {living[CAUSTICA_OBJECT_INSTANCE]};
     const float dark[3] = {0, 0, 0}, negative[3] = {0, -1, 0}, infinite[3] = {0, 0, INFINITY};
     double m[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+    const float pixels[6] = {1, 1, 1, 1, NAN, 1};
+    caustica_environment_desc sky;
     caustica_commit_report report;
     caustica_scene made = {0};
     caustica_instance none = {0};
@@ -318,6 +320,28 @@ static void scene_calls(void) {
     EXPECT(INVALID, caustica_scene_set_environment(device, scene, NULL));
     EXPECT(INVALID, caustica_scene_set_environment(device, scene, negative));
     EXPECT(INVALID, caustica_scene_set_environment(device, scene, infinite));
+
+    memset(&sky, 0, sizeof sky);
+    sky.struct_size = sizeof sky;
+    sky.pixels = pixels;
+    sky.width = sky.height = 1;
+    DEVICES(caustica_scene_set_environment_image(d, scene, &sky));
+    HANDLES(scene, CAUSTICA_OBJECT_SCENE, caustica_scene_set_environment_image(device, h, &sky));
+    EXPECT(INVALID, caustica_scene_set_environment_image(device, scene, NULL));
+    SIZES(sky, caustica_scene_set_environment_image(device, scene, &sky));
+    WITH(sky.radiance[1], -1, INVALID, caustica_scene_set_environment_image(device, scene, &sky));
+    WITH(sky.width, 0, INVALID, caustica_scene_set_environment_image(device, scene, &sky));
+    WITH(sky.height, 2, INVALID, caustica_scene_set_environment_image(device, scene, &sky));
+    WITH(sky.width, 2, INVALID, caustica_scene_set_environment_image(device, scene, &sky));
+    WITH(sky.pixel_stride, 11, INVALID, caustica_scene_set_environment_image(device, scene, &sky));
+    WITH(sky.transform[0], NAN, INVALID, caustica_scene_set_environment_image(device, scene, &sky));
+    WITH(sky.path, "sky.exr", INVALID, caustica_scene_set_environment_image(device, scene, &sky));
+    sky.pixels = NULL;
+    EXPECT(INVALID, caustica_scene_set_environment_image(device, scene, &sky));
+    sky.width = sky.height = 0;
+    WITH(sky.path, "\xc3", INVALID, caustica_scene_set_environment_image(device, scene, &sky));
+    WITH(sky.path, "no such file.exr", CAUSTICA_ERROR_IO, caustica_scene_set_environment_image(device, scene, &sky));
+    WITH(sky.path, "sky.xyz", CAUSTICA_ERROR_UNSUPPORTED, caustica_scene_set_environment_image(device, scene, &sky));
 
     DEVICES(caustica_scene_load(d, scene, "x.glb", &warnings));
     HANDLES(scene, CAUSTICA_OBJECT_SCENE, caustica_scene_load(device, h, "x.glb", &warnings));

@@ -4,7 +4,8 @@
 use super::{Builder, icosphere};
 use caustica::math::Rgb;
 use caustica::scene::description::*;
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DVec3, Vec3};
+use std::sync::Arc;
 
 const FROM: [f64; 3] = [0.375, 1.75, 4.25];
 const TO: [f64; 3] = [0.0, 0.7, 0.0];
@@ -232,8 +233,28 @@ pub fn environment() -> Builder {
     b.mesh(icosphere(0.5, 2, true), metal, at(0.7, 0.75, 0.2));
     let lamp = b.lamp(3.0);
     b.quad(Vec3::new(-0.5, 2.5, -0.5), Vec3::X, Vec3::Z, lamp);
-    b.0.environment = Rgb::new(0.3, 0.5, 0.8);
+    b.0.environment = Rgb::new(0.3, 0.5, 0.8).into();
     view(&mut b);
+    b
+}
+
+/// A sky whose sun is a few pixels of its image, turned.
+pub fn sky() -> Environment {
+    let pixel = |i: usize| match (i % 16, i / 16) {
+        (5, 1) => Rgb::new(30.0, 27.0, 20.0),
+        (x, y) if y < 4 => Rgb::new(0.2, 0.3, 0.2 + 0.04 * x as f32),
+        _ => Rgb::new(0.1, 0.08, 0.0),
+    };
+    let image = EnvironmentMap::new(16, 8, (0..16 * 8).map(pixel).collect()).expect("an image");
+    Environment { radiance: Rgb::splat(0.8), image: Some(Arc::new(image)), rotation: DMat3::from_rotation_y(0.5) }
+}
+
+/// Under that sky: smooth and rough glass, metal, and a lamp.
+pub fn under_a_sky() -> Builder {
+    let mut b = environment();
+    let glass = b.glass(1.5, 0.0);
+    b.sphere(DVec3::new(0.1, 0.5, 0.9), 0.3, glass);
+    b.0.environment = sky();
     b
 }
 

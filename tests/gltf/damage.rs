@@ -74,7 +74,8 @@ fn rich() -> Builder {
         {"mesh": 0, "extras": {"caustica": {"sphere": {"radius": 0.5}}}},
         {"camera": 1, "extensions": light(2), "mesh": 0},
     ]);
-    builder.json["scenes"] = json!([{"nodes": [0], "extras": {"caustica": {"environment": [1, 1, 1]}}}]);
+    builder.json["scenes"] =
+        json!([{"nodes": [0], "extras": {"caustica": {"environment": [1, 1, 1], "environment_rotation": 30}}}]);
     builder
 }
 
@@ -131,7 +132,7 @@ fn check(scene: &Description, what: &dyn Fn() -> String) {
     }
     assert!(scene.cameras.iter().all(|camera| camera.transform.is_finite()), "{}", what());
     assert!(scene.materials.iter().all(|material| material.emission.is_finite()), "{}", what());
-    assert!(scene.environment.is_finite(), "{}", what());
+    assert!(scene.environment.radiance.is_finite() && scene.environment.rotation.is_finite(), "{}", what());
 }
 
 /// JSON pointers to all values of a document.

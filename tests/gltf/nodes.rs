@@ -1,9 +1,12 @@
 //! Nodes, spheres, lights, cameras.
 
 use crate::builder::{Builder, assert_warns};
+use caustica::io::gltf::load_slice;
+use caustica::io::image::{Metadata, WriteOptions, write};
 use caustica::math::Rgb;
-use caustica::scene::description::{Camera, Description, Geometry, LightKind, Projection};
-use glam::DVec3;
+use caustica::render::Image;
+use caustica::scene::description::{Camera, Description, Environment, Geometry, LightKind, Projection};
+use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -231,13 +234,50 @@ fn a_node_may_be_a_sphere() {
 #[test]
 fn a_scene_may_have_an_environment() {
     let mut builder = Builder::triangle();
-    assert_eq!(scene(&builder).environment, Rgb::ZERO);
+    assert_eq!(scene(&builder).environment.radiance, Rgb::ZERO);
     builder.json["scenes"][0]["extras"] = json!({"caustica": {"environment": [0.5, 1, 2]}});
-    assert_eq!(scene(&builder).environment, Rgb::new(0.5, 1.0, 2.0));
+    assert_eq!(scene(&builder).environment.radiance, Rgb::new(0.5, 1.0, 2.0));
+    assert!(scene(&builder).environment.image.is_none());
     builder.json["scenes"][0]["extras"] = json!({"caustica": {"environment": 1}});
     assert_eq!(builder.error(), "scene 0: extras.caustica.environment is 1; expected a list of three numbers");
     builder.json["scenes"][0]["extras"] = json!({"caustica": {"enviroment": [1, 1, 1]}});
     assert_warns(&builder.load().unwrap(), &["scene 0", "extras.caustica.enviroment is unknown"]);
+}
+
+#[test]
+fn a_scene_may_have_an_image_of_its_environment() {
+    let folder = tempfile::tempdir().unwrap();
+    let image = Image { width: 3, height: 2, pixels: vec![Rgb::new(0.5, 1.0, 2.0); 6] };
+    write(&folder.path().join("a sky.exr"), &image, &Metadata::default(), &WriteOptions::default()).unwrap();
+    let load = |extras: Value| {
+        let mut builder = Builder::triangle();
+        builder.json["scenes"][0]["extras"] = json!({ "caustica": extras });
+        load_slice(&builder.glb(), Some(folder.path()))
+    };
+    let loaded = load(json!({"environment_image": "a%20sky.exr", "environment_rotation": 90})).unwrap();
+    assert!(loaded.warnings.is_empty());
+    let Environment { radiance, image, rotation } = loaded.description.environment;
+    let image = image.unwrap();
+    assert_eq!((radiance, image.size()), (Rgb::ONE, (3, 2)));
+    assert!((image.radiance(Vec3::Y) - Rgb::new(0.5, 1.0, 2.0)).abs().max_element() < 1e-6);
+    assert!((rotation * DVec3::Z - DVec3::X).length() < 1e-12);
+    let loaded = load(json!({"environment_image": "a%20sky.exr", "environment": [2, 3, 4]})).unwrap();
+    assert_eq!(loaded.description.environment.radiance, Rgb::new(2.0, 3.0, 4.0));
+
+    let error = |extras: Value| load(extras).err().unwrap().to_string();
+    let head = "scene 0: extras.caustica.environment_image is ";
+    assert_eq!(error(json!({"environment_image": 1})), format!("{head}1; expected a text"));
+    assert_eq!(
+        error(json!({"environment_image": "../sky.exr"})),
+        format!("{head}'../sky.exr'; expected a path inside the scene's folder")
+    );
+    let missing = error(json!({"environment_image": "none.exr"}));
+    assert!(missing.starts_with(&format!("{head}none.exr; ")) && missing.contains("cannot read"), "{missing}");
+    assert!(error(json!({"environment_image": "sky.xyz"})).contains("unknown image format"));
+    assert!(error(json!({"environment_rotation": "east"})).contains("expected a number"));
+    let mut builder = Builder::triangle();
+    builder.json["scenes"][0]["extras"] = json!({"caustica": {"environment_image": "a.exr"}});
+    assert!(load_slice(&builder.glb(), None).err().unwrap().to_string().contains("beside a scene in memory"));
 }
 
 /// The kind of a light at a node that is moved to (1, 2, 3), turned so that -z becomes -x, and

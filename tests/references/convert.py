@@ -95,6 +95,25 @@ def mesh(name, shape, props):
     return out
 
 
+def environment(scene):
+    """The image with more pixels: Mitsuba's lowest and highest rows are at the poles, and it is linear in the angle where
+    Caustica is linear in its cosine. Pixels' centres fall onto each other."""
+    image = np.array(scene.sky.rows, np.float16).astype(np.float64) * scene.environment
+    height, width, _ = image.shape
+    columns, rows = 9 * width, 8 * height + 1
+    edges = np.cos(np.clip((np.arange(height + 2) - 0.5) / height, 0, 1) * np.pi)
+    cosines = np.cos(np.arange(rows) / (rows - 1) * np.pi)
+    row = np.clip(np.searchsorted(-edges, -cosines, side="right") - 1, 0, height)
+    y = ((edges[row] - cosines) / (edges[row] - edges[row + 1]))[:, None, None]
+    top, bottom = np.maximum(row - 1, 0), np.minimum(row, height - 1)
+    across = (np.arange(columns) + 0.5) / 9 - 0.5
+    left = np.floor(across).astype(int)
+    x = (across - left)[None, :, None]
+    left, right = left % width, (left + 1) % width
+    mixed = image[:, left] * (1 - x) + image[:, right] * x
+    return mi.Bitmap((mixed[top] * (1 - y) + mixed[bottom] * y).astype(np.float32))
+
+
 def convert(scene, size, integrator, side_check=True, replace=None):
     """`replace` maps a material to another, or keeps it."""
     out = {"type": "scene", "integrator": integrator}
@@ -127,7 +146,10 @@ def convert(scene, size, integrator, side_check=True, replace=None):
         else:
             out[light.name] = {"type": "point", "position": list(light.position),
                                "intensity": rgb(light.intensity)}
-    if any(scene.environment):
+    if scene.sky:
+        out["environment"] = {"type": "envmap", "bitmap": environment(scene), "to_world":
+                              mi.ScalarTransform4f().rotate([0, 1, 0], scene.turn)}
+    elif any(scene.environment):
         out["environment"] = {"type": "constant", "radiance": rgb(scene.environment)}
     camera = scene.camera
     out["sensor"] = {

@@ -103,8 +103,25 @@ pub(crate) struct Picture {
     /// Selects the random numbers
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(crate) seed: u64,
+    #[command(flatten)]
+    pub(crate) surroundings: Surroundings,
     #[command(flatten, next_help_heading = "How connections through glass are made")]
     pub(crate) connections: Connections,
+}
+
+/// Light from all around, in place of the scene's.
+#[derive(Debug, Args)]
+pub(crate) struct Surroundings {
+    /// Image of what is infinitely far away, latitude by longitude, in place of the scene's: its top is +y, its middle +z,
+    /// its left quarter +x
+    #[arg(long, value_name = "FILE")]
+    pub(crate) environment: Option<PathBuf>,
+    /// Turns that image about +y, from +z to +x [default: as the scene says]
+    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true, value_parser = finite)]
+    pub(crate) environment_rotation: Option<f32>,
+    /// Multiplies the light from all around
+    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = finite)]
+    pub(crate) environment_scale: f32,
 }
 
 impl Picture {

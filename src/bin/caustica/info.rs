@@ -4,7 +4,9 @@ use crate::args::Info;
 use crate::{Failure, console, scene, units};
 use caustica::math::Rgb;
 use caustica::scene::CommitOptions;
-use caustica::scene::description::{Camera, Description, Geometry, LightKind, Material, Projection, Scattering};
+use caustica::scene::description::{
+    Camera, Description, Environment, Geometry, LightKind, Material, Projection, Scattering,
+};
 use caustica::transport::limits::limits;
 use glam::DVec3;
 use std::fmt::Write;
@@ -69,8 +71,11 @@ fn describe(out: &mut String, d: &Description) -> Result<(), Failure> {
     for (i, light) in d.lights.iter().enumerate() {
         writeln!(out, "    {i} {:?}: {}", light.name, kind(&light.kind))?;
     }
-    if d.environment != Rgb::ZERO {
-        writeln!(out, "  environment  {} W/(m² sr)", rgb(d.environment))?;
+    let Environment { radiance, image, .. } = &d.environment;
+    if *radiance != Rgb::ZERO {
+        let image = image.as_ref().map(|image| image.size());
+        let image = image.map_or(String::new(), |(width, height)| format!(" times an image of {width}x{height}"));
+        writeln!(out, "  environment  {} W/(m² sr){image}", rgb(*radiance))?;
     }
 
     list(out, "cameras", d.cameras.len())?;

@@ -24,8 +24,7 @@ pub(crate) fn run(args: &Pixel) -> Result<(), Failure> {
         return Err(RenderError::Setting { setting: "first sample", value, expected }.into());
     };
     let commit = CommitOptions { backend: args.picture.backend(), threads: 0 };
-    let (description, world) =
-        scene::open(&args.scene, commit, args.picture.connections.walked_roughness, Console { quiet: false })?;
+    let (description, world) = scene::open(&args.scene, commit, Some(&args.picture), Console { quiet: false })?;
     let settings = Settings { integrator: args.integrator.into(), ..args.picture.settings(&description.cameras)? };
     let mut probe = Probe::new(&world, &settings)?;
     let kinds = (0..world.shapes.len() as u32).map(|shape| kind(probe.tracer().bsdf(shape))).collect();

@@ -32,7 +32,7 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     }
 
     let commit = CommitOptions { backend: args.picture.backend(), threads: args.threads };
-    let (description, world) = scene::open(&args.scene, commit, args.picture.connections.walked_roughness, console)?;
+    let (description, world) = scene::open(&args.scene, commit, Some(&args.picture), console)?;
     let settings = Settings {
         integrator,
         samples: samples(args),

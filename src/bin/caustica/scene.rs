@@ -1,11 +1,16 @@
 //! From a scene file to a committed world, with errors that name the file.
 
 use crate::Failure;
+use crate::args::{Picture, Surroundings};
 use crate::console::Console;
 use caustica::io::gltf::{self, Loaded};
-use caustica::scene::description::{Camera, Description};
+use caustica::io::image::read_environment;
+use caustica::math::Rgb;
+use caustica::scene::description::{Camera, Description, Environment};
 use caustica::scene::{CommitOptions, World};
+use glam::DMat3;
 use std::path::Path;
+use std::sync::Arc;
 
 /// Reads the file. Warnings are left to the caller.
 pub(crate) fn load(path: &Path) -> Result<Loaded, Failure> {
@@ -17,22 +22,38 @@ pub(crate) fn commit(path: &Path, description: &Description, options: CommitOpti
     World::commit(description, options).map_err(|error| at(path, &error))
 }
 
-/// Both, with the warnings printed; `walked_roughness` replaces that of all materials.
+/// Both, with the warnings printed, and with what `picture` puts in place of what the scene says.
 pub(crate) fn open(
     path: &Path,
     options: CommitOptions,
-    walked_roughness: Option<f32>,
+    picture: Option<&Picture>,
     console: Console,
 ) -> Result<(Description, World), Failure> {
     let mut loaded = load(path)?;
-    for material in &mut loaded.description.materials {
-        material.walked_roughness = walked_roughness.unwrap_or(material.walked_roughness);
+    if let Some(picture) = picture {
+        let walked_roughness = picture.connections.walked_roughness;
+        for material in &mut loaded.description.materials {
+            material.walked_roughness = walked_roughness.unwrap_or(material.walked_roughness);
+        }
+        surround(&mut loaded.description.environment, &picture.surroundings)?;
     }
     let world = commit(path, &loaded.description, options)?;
     for warning in loaded.warnings.iter().chain(&world.warnings) {
         console.warn(&format!("{}: {warning}", path.display()));
     }
     Ok((loaded.description, world))
+}
+
+fn surround(environment: &mut Environment, by: &Surroundings) -> Result<(), Failure> {
+    if let Some(path) = &by.environment {
+        let image = read_environment(path).map_err(|error| at(path, &error))?;
+        *environment = Environment { image: Some(Arc::new(image)), ..Rgb::ONE.into() };
+    }
+    if let Some(degrees) = by.environment_rotation {
+        environment.rotation = DMat3::from_rotation_y(f64::from(degrees).to_radians());
+    }
+    environment.radiance *= by.environment_scale;
+    Ok(())
 }
 
 /// The camera a user asked for: by its name, else by its index; the first if nothing was said.

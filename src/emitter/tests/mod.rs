@@ -2,13 +2,14 @@
 
 mod aimed;
 mod densities;
+mod environment;
 mod radiometry;
 mod sampling;
 
 use super::*;
 use crate::geometry::{Mesh, Sphere};
 use crate::math::{Sampler, Stream};
-use crate::scene::description::Scattering;
+use crate::scene::description::{Environment, Scattering};
 
 pub(super) struct Scene {
     pub(super) shapes: Vec<Shape>,
@@ -29,10 +30,15 @@ pub(super) const CENTER: Vec3 = Vec3::new(0.5, -0.25, 1.0);
 pub(super) const RADIUS: f32 = 4.0;
 
 /// Lights, with [`CENTER`] and [`RADIUS`] as the bounds of the scene.
-pub(super) fn scene(shapes: Vec<(Shape, Rgb, bool)>, lights: &[LightKind], environment: Rgb) -> Scene {
+pub(super) fn scene(
+    shapes: Vec<(Shape, Rgb, bool)>,
+    lights: &[LightKind],
+    environment: impl Into<Environment>,
+) -> Scene {
     let materials: Vec<_> = shapes.iter().map(|&(_, emission, two_sided)| material(emission, two_sided)).collect();
     let shapes: Vec<_> = shapes.into_iter().map(|(shape, ..)| shape).collect();
-    let lights = Lights::new(&shapes, &materials.iter().collect::<Vec<_>>(), lights, environment, CENTER, RADIUS);
+    let lights =
+        Lights::new(&shapes, &materials.iter().collect::<Vec<_>>(), lights, &environment.into(), CENTER, RADIUS);
     Scene { shapes, lights }
 }
 
@@ -135,6 +141,7 @@ pub(super) fn one_of_each() -> Vec<(&'static str, Scene)> {
         ("spot", kind(LightKind::Spot { position, direction, intensity: rgb, inner: 0.4, outer: 0.9 })),
         ("directional", kind(LightKind::Directional { direction, irradiance: rgb })),
         ("environment", scene(vec![], &[], rgb)),
+        ("environment image", scene(vec![], &[], environment::turned(environment::sky(), rgb))),
     ]
 }
 

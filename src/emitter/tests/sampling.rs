@@ -6,7 +6,7 @@ use crate::math::chi_square::{self, Fit};
 use std::f64::consts::PI;
 
 /// Tests in this file.
-const TESTS: usize = 25;
+const TESTS: usize = 28;
 const N: usize = 100_000;
 
 /// Directions of next-event estimation at `receiver`, against the density of all lights' vertices in
@@ -139,9 +139,11 @@ fn emission_leaves_with_its_direction_density() {
                 _ => s.direction,
             })
         };
-        let density = |w| {
-            let (position, direction) = scene.lights.emission_densities(0, &at, w);
-            if environment { position } else { direction }
+        let density = |w: Vec3| {
+            if environment {
+                return scene.lights.emission_densities(0, &Endpoint::Infinite(-w), w).0;
+            }
+            scene.lights.emission_densities(0, &at, w).1
         };
         chi_square::sphere(N, [20, 20], sample, density).assert_accepted(name, TESTS);
     }

@@ -38,7 +38,7 @@ impl<'a> Buffers<'a> {
                 (Some(uri), _) => match uri.strip_prefix("data:") {
                     Some(data) => this.add(Cow::Owned(decode_data(data, &object)?)),
                     None => {
-                        let relative = relative_path(uri, &object)?;
+                        let relative = relative_path(uri, "uri", &object)?;
                         match files.get(&relative) {
                             Some(&store) => store,
                             None => {
@@ -121,12 +121,12 @@ fn decode_data(uri: &str, object: &Object) -> Result<Vec<u8>, GltfError> {
     BASE64.decode(data).map_err(|e| object.invalid("uri", "broken base64", e))
 }
 
-/// The file that a URI names, relative to the scene's folder, and inside it.
-fn relative_path(uri: &str, object: &Object) -> Result<PathBuf, GltfError> {
+/// The file that a URI in `field` names, relative to the scene's folder, and inside it.
+pub(super) fn relative_path(uri: &str, field: &str, object: &Object) -> Result<PathBuf, GltfError> {
     if let Some((scheme, _)) = uri.split_once(':').filter(|(scheme, _)| !scheme.contains('/')) {
         return Err(object.unsupported(format!("a URI with the scheme '{scheme}'")));
     }
-    let outside = || object.invalid("uri", format!("'{uri}'"), "expected a path inside the scene's folder");
+    let outside = || object.invalid(field, format!("'{uri}'"), "expected a path inside the scene's folder");
     let decoded = percent_decode(uri).filter(|path| !path.contains('\0')).ok_or_else(outside)?;
     let mut path = PathBuf::new();
     for component in Path::new(&decoded).components() {

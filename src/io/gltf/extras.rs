@@ -36,6 +36,15 @@ impl<'a> Caustica<'a> {
         self.map.remove(key).map(|value| self.to_number(key, &value)).transpose()
     }
 
+    /// A text.
+    pub(super) fn text(&mut self, key: &str) -> Result<Option<String>, GltfError> {
+        let Some(value) = self.map.remove(key) else { return Ok(None) };
+        match value {
+            Value::String(text) => Ok(Some(text)),
+            _ => Err(self.object.invalid(format!("extras.caustica.{key}"), value, "expected a text")),
+        }
+    }
+
     /// Three numbers.
     pub(super) fn triple(&mut self, key: &str) -> Result<Option<[f32; 3]>, GltfError> {
         let Some(value) = self.map.remove(key) else { return Ok(None) };

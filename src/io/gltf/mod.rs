@@ -12,7 +12,8 @@
 //!
 //! Beyond \[glTF\], `extras.caustica` is read: on a node `{"sphere": {"radius": r}}` puts an
 //! analytic sphere in place of the node's mesh; on a scene `{"environment": [r, g, b]}` is a
-//! constant radiance from all around; on a material `{"exterior_ior": n, "exterior_absorption":
+//! constant radiance from all around, and `{"environment_image": "sky.exr", "environment_rotation": degrees}` an image
+//! that it multiplies, turned about +y; on a material `{"exterior_ior": n, "exterior_absorption":
 //! [r, g, b]}` names the medium before the surface, for media that touch.
 
 mod accessor;
@@ -66,6 +67,6 @@ fn convert(bytes: &[u8], base: Option<&Path>) -> Result<Loaded, GltfError> {
     let buffers = buffer::Buffers::load(&document, container.bin, base)?;
     let mut budget = budget::Budget::of_input(bytes.len() + buffers.external_bytes());
     let materials = material::convert_all(&document, &mut warnings)?;
-    let description = node::convert_scene(&document, &buffers, materials, &mut budget, &mut warnings)?;
+    let description = node::convert_scene(&document, &buffers, base, materials, &mut budget, &mut warnings)?;
     Ok(Loaded { description, warnings })
 }

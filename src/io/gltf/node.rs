@@ -1,14 +1,15 @@
 //! What stands where: the node hierarchy with its meshes, spheres, lights and cameras.
 
 use super::budget::Budget;
-use super::buffer::Buffers;
+use super::buffer::{Buffers, relative_path};
 use super::document::{Document, Named};
 use super::error::{GltfError, Object};
 use super::extras::Caustica;
 use super::{material, mesh};
+use crate::io::image::read_environment;
 use crate::math::Rgb;
 use crate::scene::description::{
-    Camera, Description, Geometry, Instance, Light, LightKind, Material, MeshDescription, Projection,
+    Camera, Description, Environment, Geometry, Instance, Light, LightKind, Material, MeshDescription, Projection,
 };
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use gltf::json::camera::Type as CameraType;
@@ -17,6 +18,8 @@ use gltf::json::mesh::{Primitive, Semantic};
 use gltf::json::validation::Checked;
 use gltf::json::{self, Index};
 use std::collections::HashMap;
+use std::path::Path;
+use std::sync::Arc;
 
 /// Deepest hierarchy; beyond it lies a mistake of the writer, and rounding that adds up.
 const MAX_DEPTH: usize = 1024;
@@ -29,6 +32,7 @@ const SINGULAR: f64 = 1e-12;
 pub(super) fn convert_scene(
     document: &Document,
     buffers: &Buffers,
+    base: Option<&Path>,
     materials: Vec<Material>,
     budget: &mut Budget,
     warnings: &mut Vec<String>,
@@ -41,7 +45,7 @@ pub(super) fn convert_scene(
     let scene = document.get(index, &file, "scene")?;
     let object = document.object(index);
     let mut extras = Caustica::of(&scene.extras, &object)?;
-    let environment = extras.triple("environment")?.map_or(Rgb::ZERO, Rgb::from);
+    let environment = environment(&mut extras, &object, base)?;
     extras.finish(warnings);
 
     let mut walk = Walk {
@@ -55,6 +59,28 @@ pub(super) fn convert_scene(
     };
     walk.run(scene, &object)?;
     Ok(walk.description)
+}
+
+/// What surrounds the scene: `environment` and, from a file in the folder `base`, `environment_image` with
+/// `environment_rotation`.
+fn environment(extras: &mut Caustica, object: &Object, base: Option<&Path>) -> Result<Environment, GltfError> {
+    let uri = extras.text("environment_image")?;
+    let image = match (&uri, base) {
+        (None, _) => None,
+        (Some(_), None) => return Err(object.unsupported("an environment image beside a scene in memory")),
+        (Some(uri), Some(base)) => {
+            let path = base.join(relative_path(uri, "extras.caustica.environment_image", object)?);
+            let map = read_environment(&path);
+            Some(Arc::new(map.map_err(|error| object.invalid("extras.caustica.environment_image", uri, error))?))
+        }
+    };
+    let radiance = extras.triple("environment")?.map(Rgb::from);
+    let degrees = extras.number("environment_rotation")?.unwrap_or(0.0);
+    Ok(Environment {
+        radiance: radiance.unwrap_or(if image.is_some() { Rgb::ONE } else { Rgb::ZERO }),
+        image,
+        rotation: DMat3::from_rotation_y(degrees.to_radians()),
+    })
 }
 
 /// State of the conversion.

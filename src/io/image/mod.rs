@@ -15,6 +15,7 @@
 // Without OpenImageIO nobody asks for what serves it alone.
 #![cfg_attr(not(feature = "oiio"), allow(dead_code))]
 
+mod environment;
 mod error;
 mod metadata;
 #[cfg_attr(not(feature = "oiio"), path = "oiio_absent.rs")]
@@ -24,6 +25,7 @@ mod picture;
 mod replace;
 mod transfer;
 
+pub use environment::read_environment;
 pub use error::ImageError;
 pub use metadata::{Metadata, Value};
 
