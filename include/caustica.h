@@ -540,7 +540,8 @@ typedef struct caustica_statistics {
     uint64_t confirmed_walks;   /* of these, those that found the chain */
     uint64_t walk_iterations;   /* steps of all walks */
     uint64_t spared_walks;      /* walks that roulette spared */
-    float forecast_variance;    /* caustics' variance without caustic connections over that with them, per sample */
+    float forecast_variance;    /* caustics' variance without caustic connections over that with them, per sample; what
+                                   would be found much more seldom counts up to 16 times */
     float forecast_work;        /* work with them over that without, per sample; both NaN if not forecast */
     uint64_t non_finite;        /* samples that were NaN or infinite, dropped from the image */
     uint32_t first_non_finite_pixel;  /* row * width + column; UINT32_MAX if there is none */

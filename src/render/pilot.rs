@@ -20,19 +20,20 @@ use crate::transport::roulette::{self, Roulette};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// Samples, in groups. The median of their means counts, and the ten of them that forecast least: a few rare paths must
-/// not decide. With aim to decide on they are drawn twice, and again if there will be any, and once more for searches and
+/// Samples, in groups. The median of their means counts, and, but of connections, the ten of them that forecast least: a few
+/// rare paths must not decide. With aim to decide on they are drawn twice, and again if there will be any, and once more for searches and
 /// for fewer light subpaths: 0.1 to 1 seconds of one thread, together, on the scenes here (EPYC, Zen 3). Threads draw
 /// whole groups.
 const GROUPS: u32 = 16;
 const TYPICAL: usize = 10;
 const GROUP: u32 = 256;
 
-/// Caustic connections pay if they save so many times as much of the caustics' variance as they add to the work. Measured
-/// (variance saved over work added with three seeds; error of the caustics at equal time, without them over with):
-/// figure4a 0.1, 0.5; lumpy 0.0 to 0.1, 0.5; water_glass 0.9 to 1.2, 0.7; demo 4.8 to 6.4, 1.2 to 1.4; eye 11 to 16,
-/// 3.8; frosted 24 to 42, 3.4; the others far above.
-const CONNECTIONS_WORTH: f64 = 2.0;
+/// Caustic connections pay if they save so many times as much of the caustics' variance as they add to the work; of all
+/// groups, since a small caustic is in a few of them. Measured (variance saved over work added with four seeds; error of the
+/// caustics at equal time, without them over with): figure4a 0.1, 0.5; water_glass 0.4, 0.7; lumpy 0.1 to 0.9, 0.5; sky 0.9 to
+/// 4.1, 3.1, and with a sun of half a degree 1.9 to 20, 6.7; demo 1.5 to 2.8, 1.2 to 1.4; frosted 2.8 to 4.9, 3.4; eye 9 to 10,
+/// 3.8; slab 4.5 to 8; the others 4 to 16.
+const CONNECTIONS_WORTH: f64 = 1.0;
 
 /// Aim pays from a place if it saves so many times what it adds: light that is aimed from one place has the less to gain
 /// from aim at the next, and aim makes the rest of the picture slower. Measured, of all places together (as above):
@@ -278,7 +279,7 @@ impl Samples {
     /// What caustic connections save of the caustics' variance, and what they add to the work.
     fn connections(&self) -> (f64, f64) {
         let walks = self.walks();
-        (self.saved(|m| m.unconnected), walks / (self.work(1.0) - walks).max(1.0))
+        (self.saved_in(self.moments.len(), |m| m.unconnected), walks / (self.work(1.0) - walks).max(1.0))
     }
 
     /// By class of places, whether aim pays from there, if all of it adds so much to the work, or takes it away.
