@@ -5,14 +5,17 @@
 
 mod common;
 
+use caustica::math::Rgb;
 use caustica::render::{Cancel, Caustics, Integrator, RenderError, Settings, render};
+use caustica::scene::description::LightKind;
 use caustica::scene::{CommitOptions, World};
 use caustica::transport::options::{CausticOptions, Check, GeometryTerm, LAMP_SEARCH, MOST_SEEDS};
 use caustica::transport::roulette::Roulette;
 use common::oracle::{check_reference, first_seed, renders};
-use common::scenes::under_a_lamp;
+use common::scenes::{sky, under_a_lamp};
 use common::stats::{Blocks, blocks};
-use glam::{DVec3, Vec3};
+use common::{Builder, icosphere};
+use glam::{DAffine3, DVec3, Vec3};
 use std::sync::LazyLock;
 
 const RUNS: u64 = 16;
@@ -119,6 +122,41 @@ fn aim_changes_nothing() {
     for share in [0.0, 0.5, 0.9] {
         let options = CausticOptions { aim: Some(share), ..CausticOptions::default() };
         changes_nothing(&format!("aim {share}"), options, LIMIT);
+    }
+}
+
+/// Light tracing under a sun, and bidirectional path tracing under a sky, where the camera sees the caustic of a ball.
+#[test]
+fn aim_of_light_from_infinity_changes_nothing() {
+    let sun = |b: &mut Builder| {
+        b.light(LightKind::Directional { direction: DVec3::new(0.3, -1.0, 0.2), irradiance: Rgb::splat(2.0) });
+    };
+    let sky = |b: &mut Builder| b.0.environment = sky();
+    let cases: [(&str, Integrator, &dyn Fn(&mut Builder)); 3] = [
+        ("sun", Integrator::Light, &sun),
+        ("sun and connections", Integrator::Bdpt, &sun),
+        ("sky", Integrator::Bdpt, &sky),
+    ];
+    for (name, integrator, light) in cases {
+        let mut b = Builder::default();
+        let white = b.diffuse(0.6);
+        b.quad(Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0, white);
+        let glass = b.glass(1.5, 0.0);
+        b.sphere(DVec3::new(0.0, 0.6, 0.0), 0.4, glass);
+        b.mesh(icosphere(0.2, 3, true), glass, DAffine3::from_translation(DVec3::new(0.7, 0.3, 0.2)));
+        b.perspective([0.0, 2.0, 2.2], [0.1, 0.0, 0.1], 0.6);
+        light(&mut b);
+        let world = b.commit();
+        let of = |share: f32, samples| {
+            let name = format!("{name}, aim {share}");
+            let caustic_options = CausticOptions { aim: Some(share), ..CausticOptions::default() };
+            let settings =
+                Settings { caustics: Caustics::On, caustic_options, ..common::settings(integrator, SIDE, samples, 0) };
+            let seed = first_seed(&name);
+            let images = renders(&world, &settings, seed..seed + RUNS);
+            blocks(&images, BLOCK)
+        };
+        check_reference(name, &of(0.6, 128), &of(0.0, 256), (RUNS - 1) as f64, 0.02).expect("the picture without aim");
     }
 }
 

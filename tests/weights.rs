@@ -9,7 +9,7 @@ mod common;
 use caustica::camera::{Camera, Endpoint};
 use caustica::emitter::Lights;
 use caustica::geometry::ray::segment;
-use caustica::geometry::{Aim, Reach};
+use caustica::geometry::{Aim, Ray, Reach};
 use caustica::integrator::bdpt::{self, View};
 use caustica::integrator::{Contribution, Observer, Sample};
 use caustica::math::Rgb;
@@ -143,7 +143,8 @@ impl FullPath<'_> {
         let receiver = if m >= 2 { self.vertices[m - 2].at.p } else { Vec3::ZERO };
         let lights = self.lights;
         let shapes = &self.world.shapes;
-        let light = lights.densities(shapes, self.light.light, &self.light.at, self.edges[m - 1].2, receiver);
+        let ray = (self.edges[m - 1].2, self.light.through);
+        let light = lights.densities(shapes, self.light.light, &self.light.at, ray, receiver);
         // Geometry of edge i: factors from a density at z_i to one at z_{i+1}, and back.
         let geometry = |i: usize| -> (f64, f64) {
             let (record, from_camera, from_light) = &self.edges[i];
@@ -237,6 +238,13 @@ struct Check<'a> {
 impl Observer for Check<'_> {
     fn observe(&mut self, c: &Contribution) {
         let path = FullPath::new(self, c);
+        // Densities of parallel light are asked for on the ray that leaves the light, and not behind glass.
+        if let (Endpoint::Infinite(_), true) = (&path.light.at, path.edges.len() > 1) {
+            let to_light = -path.edges[path.edges.len() - 1].2;
+            let origin = path.light.through + to_light * 1e-3;
+            let ray = Ray { origin, direction: to_light, t_max: f32::INFINITY };
+            assert!(!self.world.intersector.occluded(&ray), "s = {}, t = {}", c.s, c.t);
+        }
         let technique = on_path(c.camera).count() + usize::from(c.hit.is_some());
         let shares = path.shares();
         let sum: f64 = shares.iter().sum();

@@ -3,39 +3,12 @@
 //! sphere.
 
 use super::map::EnvironmentMap;
-use crate::math::{Frame, Rgb, warp};
+use crate::geometry::BoundingDisk;
+use crate::math::{Rgb, warp};
 use crate::scene::description;
 use glam::{DVec3, Mat3, Vec2, Vec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
-
-/// The disk through the middle of the scene, for any direction.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct SceneDisk {
-    center: Vec3,
-    radius: f32,
-}
-
-impl SceneDisk {
-    pub(super) fn new(center: Vec3, radius: f32) -> SceneDisk {
-        // A scene may be a single point; its disk must still have an area.
-        SceneDisk { center, radius: radius.max(f32::MIN_POSITIVE) }
-    }
-
-    /// Square metres.
-    #[inline]
-    pub(super) fn area(&self) -> f64 {
-        PI * f64::from(self.radius).powi(2)
-    }
-
-    /// Where a ray along `direction` starts, with density `1/area` per perpendicular area: a little
-    /// outside the bounding sphere, so that rounding leaves nothing behind it.
-    #[inline]
-    pub(super) fn sample(&self, direction: Vec3, u: Vec2) -> Vec3 {
-        let d = warp::disk(u);
-        self.center + Frame::around(direction).to_world(d.extend(-1.001)) * self.radius
-    }
-}
 
 /// Parallel light.
 #[derive(Clone, Debug)]
@@ -44,12 +17,12 @@ pub(super) struct DirectionalLight {
     pub(super) direction: Vec3,
     /// On a perpendicular surface, W/m².
     pub(super) irradiance: Rgb,
-    pub(super) disk: SceneDisk,
+    pub(super) disk: BoundingDisk,
 }
 
 impl DirectionalLight {
     /// `direction` of any non-zero length.
-    pub(super) fn new(direction: DVec3, irradiance: Rgb, disk: SceneDisk) -> DirectionalLight {
+    pub(super) fn new(direction: DVec3, irradiance: Rgb, disk: BoundingDisk) -> DirectionalLight {
         DirectionalLight { direction: direction.normalize_or(DVec3::NEG_Y).as_vec3(), irradiance, disk }
     }
 
@@ -65,7 +38,7 @@ pub(super) struct Environment {
     /// W/(m² sr); what the image is multiplied by, if there is one.
     radiance: Rgb,
     image: Option<Image>,
-    pub(super) disk: SceneDisk,
+    pub(super) disk: BoundingDisk,
 }
 
 #[derive(Clone, Debug)]
@@ -76,7 +49,7 @@ struct Image {
 }
 
 impl Environment {
-    pub(super) fn new(environment: &description::Environment, disk: SceneDisk) -> Environment {
+    pub(super) fn new(environment: &description::Environment, disk: BoundingDisk) -> Environment {
         let image = environment.image.clone().map(|map| Image { map, rotation: environment.rotation.as_mat3() });
         Environment { radiance: environment.radiance, image, disk }
     }

@@ -1,13 +1,13 @@
 //! One light of any kind: its points, its rays and their densities, given that it was chosen.
 
 use super::area::MeshLight;
-use super::infinite::{DirectionalLight, Environment, SceneDisk};
+use super::infinite::{DirectionalLight, Environment};
 use super::point::PointLight;
 use super::sphere::SphereLight;
 use super::spot::SpotLight;
 use super::surface::SurfaceEmission;
 use crate::camera::Endpoint;
-use crate::geometry::{Mesh, Reach, Shape, Sphere, Targets};
+use crate::geometry::{BoundingDisk, Mesh, Reach, Shape, Sphere, Targets};
 use crate::math::Rgb;
 use crate::scene::description::LightKind;
 use glam::{DVec3, Vec2, Vec3};
@@ -94,7 +94,7 @@ impl Light {
     }
 
     /// A light that is not a shape.
-    pub(super) fn of_kind(kind: &LightKind, disk: SceneDisk) -> Light {
+    pub(super) fn of_kind(kind: &LightKind, disk: BoundingDisk) -> Light {
         match *kind {
             LightKind::Point { position, intensity } => {
                 Light::Point(PointLight { position: position.as_vec3(), intensity })
@@ -199,8 +199,17 @@ impl Light {
         }
     }
 
-    /// What emission from `at` reaches; `None` at infinity, where the place of a ray is drawn and not its
-    /// direction.
+    /// The disk that its rays pass, if it is at infinity: there, the place of a ray is aimed and not its direction.
+    #[inline]
+    fn disk(&self) -> Option<&BoundingDisk> {
+        match self {
+            Light::Directional(l) => Some(&l.disk),
+            Light::Environment(l) => Some(&l.disk),
+            Light::Mesh(_) | Light::Sphere(_) | Light::Point(_) | Light::Spot(_) => None,
+        }
+    }
+
+    /// What emission from `at` reaches; `None` at infinity.
     #[inline]
     fn reach(&self, at: &Endpoint) -> Option<Reach> {
         let surface = |emission: &SurfaceEmission| match at {
@@ -246,12 +255,14 @@ impl Light {
             let at = Endpoint::Point(p);
             Some(EmittedRay { at, origin: p, direction: direction(&at, plain)? })
         };
-        let from_infinity = |direction: Vec3, disk: &SceneDisk| {
-            Some(EmittedRay {
-                at: Endpoint::Infinite(-direction),
-                origin: disk.sample(direction, u_position),
-                direction,
-            })
+        let from_infinity = |direction: Vec3, disk: &BoundingDisk| {
+            let aimed = aim.and_then(|(targets, share)| {
+                let total = targets.total_parallel(disk);
+                let aims = total > 0.0 && u_aim < share;
+                aims.then(|| targets.sample_parallel(disk, direction, total, u_aim / share, u_position))
+            });
+            let origin = aimed.unwrap_or_else(|| Some(disk.sample(direction, u_position)))?;
+            Some(EmittedRay { at: Endpoint::Infinite(-direction), origin, direction })
         };
         match self {
             Light::Mesh(l) => from_surface(l.sample_point(mesh(shapes, l.shape)?, u_position), &l.emission),
@@ -276,11 +287,25 @@ impl Light {
     }
 
     /// Density of the emitted direction per solid angle; at infinity, of the ray's place per
-    /// perpendicular area.
+    /// perpendicular area, which lies `through` a place.
     #[inline]
-    pub(super) fn direction_density(&self, at: &Endpoint, direction: Vec3, aim: Option<(&Targets, f32)>) -> f64 {
+    pub(super) fn direction_density(
+        &self,
+        at: &Endpoint,
+        direction: Vec3,
+        through: Vec3,
+        aim: Option<(&Targets, f32)>,
+    ) -> f64 {
         let plain = self.plain_direction_density(at, direction);
         let Some((targets, share)) = aim else { return plain };
+        if let Some(disk) = self.disk() {
+            let total = targets.total_parallel(disk);
+            if !(total > 0.0) {
+                return plain;
+            }
+            let share = f64::from(share);
+            return (1.0 - share) * plain + share * targets.density_parallel(disk, direction, total, through);
+        }
         let Some(reach) = self.reach(at) else { return plain };
         let from = at.position();
         let total = targets.total(from, &reach);

@@ -26,13 +26,13 @@ mod tests;
 mod tree;
 
 use crate::camera::Endpoint;
-use crate::geometry::{Aim, Shape, SurfacePoint, Targets};
+use crate::geometry::{Aim, BoundingDisk, Shape, SurfacePoint, Targets};
 use crate::math::Rgb;
 use crate::scene::description::{self, LightKind, Material};
 pub use choose::MOST_LIGHTS;
 use choose::{Choice, Power};
 use glam::{DVec3, Vec2, Vec3};
-use infinite::{Environment, SceneDisk};
+use infinite::Environment;
 use light::{EmittedRay, Light, Link};
 pub use map::{EnvironmentMap, EnvironmentMapError};
 use std::sync::Arc;
@@ -136,7 +136,7 @@ impl Lights {
                 }
             })
             .collect();
-        let disk = SceneDisk::new(center, radius);
+        let disk = BoundingDisk::new(center, radius);
         for kind in lights {
             add(Light::of_kind(kind, disk));
         }
@@ -199,7 +199,7 @@ impl Lights {
         let wi = link.direction.as_vec3();
 
         let emitted = light.emitted(&at, -wi);
-        let densities = self.densities(shapes, index, &at, -wi, receiver);
+        let densities = self.densities(shapes, index, &at, (-wi, receiver), receiver);
         if emitted == Rgb::ZERO || densities.direct <= 0.0 {
             return None;
         }
@@ -229,7 +229,7 @@ impl Lights {
         let EmittedRay { at, origin, direction } = light.sample_ray(shapes, u_position, u_direction, u_aim, aim)?;
 
         let emitted = light.emitted(&at, direction);
-        let (position, direction_density) = self.emission_densities(index, &at, direction);
+        let (position, direction_density) = self.emission_densities(index, &at, direction, origin);
         if emitted == Rgb::ZERO || direction_density <= 0.0 {
             return None;
         }
@@ -287,20 +287,20 @@ impl Lights {
     ) -> Option<(Rgb, LightDensities)> {
         let at = Endpoint::Surface(*at);
         let radiance = self.lights[light as usize].emitted(&at, direction);
-        (radiance != Rgb::ZERO).then(|| (radiance, self.densities(shapes, light, &at, direction, receiver)))
+        (radiance != Rgb::ZERO).then(|| (radiance, self.densities(shapes, light, &at, (direction, receiver), receiver)))
     }
 
-    /// Radiance that arrives along a ray that left the scene in direction `direction`.
+    /// Radiance that arrives along a ray that left the scene from `origin` in direction `direction`.
     #[inline]
-    pub fn escape(&self, direction: Vec3) -> Option<(Rgb, LightDensities)> {
+    pub fn escape(&self, origin: Vec3, direction: Vec3) -> Option<(Rgb, LightDensities)> {
         let light = self.environment?;
         let at = Endpoint::Infinite(direction);
         let radiance = self.lights[light as usize].emitted(&at, -direction);
         if radiance == Rgb::ZERO {
             return None;
         }
-        // Infinite light has the same densities for every receiver.
-        Some((radiance, self.densities(&[], light, &at, -direction, Vec3::ZERO)))
+        // It is drawn alike for every receiver.
+        Some((radiance, self.densities(&[], light, &at, (-direction, origin), Vec3::ZERO)))
     }
 
     /// Where a light's emission goes more often, and what share of it.
@@ -313,24 +313,24 @@ impl Lights {
 
     /// `R_m`, and the density of the direction.
     #[inline]
-    fn emission_densities(&self, light: u32, at: &Endpoint, direction: Vec3) -> (f64, f64) {
+    fn emission_densities(&self, light: u32, at: &Endpoint, direction: Vec3, through: Vec3) -> (f64, f64) {
         let l = &self.lights[light as usize];
         let choice = self.choice.as_ref().map_or(0.0, |c| c.probability(light));
-        (choice * l.position_density(at), l.direction_density(at, direction, self.aim_of(light)))
+        (choice * l.position_density(at), l.direction_density(at, direction, through, self.aim_of(light)))
     }
 
-    /// The densities of light vertex `at` for a path that leaves it along `direction`, and for a
-    /// receiver there.
+    /// The densities of light vertex `at` for a path that leaves it along `direction` and passes `through` a place, which tells
+    /// rays from infinity apart, and for a receiver.
     #[inline]
     pub fn densities(
         &self,
         shapes: &[Shape],
         light: u32,
         at: &Endpoint,
-        direction: Vec3,
+        (direction, through): (Vec3, Vec3),
         receiver: Vec3,
     ) -> LightDensities {
-        let (position, direction) = self.emission_densities(light, at, direction);
+        let (position, direction) = self.emission_densities(light, at, direction, through);
         LightDensities {
             direct: self.direct_density(shapes, light, at, receiver),
             position,

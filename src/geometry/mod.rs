@@ -1,6 +1,7 @@
 //! Shapes and the surface at a hit.
 
 pub mod differential;
+pub mod disk;
 pub mod mesh;
 pub mod ray;
 pub mod sphere;
@@ -8,6 +9,7 @@ pub mod surface;
 pub mod targets;
 
 pub use differential::Differential;
+pub use disk::BoundingDisk;
 pub use mesh::Mesh;
 pub use ray::Ray;
 pub use sphere::Sphere;

@@ -1,5 +1,7 @@
-//! Directions toward glass: a few spheres around it, and the cones under which a place sees them.
+//! Directions toward glass: a few spheres around it, and the cones under which a place sees them; for parallel light, the
+//! disks in which it meets them.
 
+use super::BoundingDisk;
 use crate::math::{Frame, warp};
 use glam::{DVec3, Vec2, Vec3};
 use std::f64::consts::PI;
@@ -134,6 +136,63 @@ impl Targets {
         }
         sum / total
     }
+}
+
+/// For light from infinity, of any direction: it passes the scene's disk, and the disks of spheres.
+impl Targets {
+    /// Spheres that parallel light meets in a part of the scene's disk, neither nearly all of it nor so small that rounding
+    /// tells.
+    #[inline]
+    fn met(&self, scene: &BoundingDisk) -> impl Iterator<Item = &Target> {
+        let radius2 = scene.radius().powi(2);
+        self.0.iter().filter(move |t| (SMALLEST..LARGEST).contains(&(t.radius * t.radius / radius2)))
+    }
+
+    /// Sum of the areas of the disks, by which one of them is chosen: 0 where there are none.
+    #[inline]
+    pub fn total_parallel(&self, scene: &BoundingDisk) -> f64 {
+        self.met(scene).map(|t| PI * t.radius * t.radius).sum()
+    }
+
+    /// Where a ray along `direction`, unit, starts: on the scene's disk, before one of the spheres', which `u_disk` chooses;
+    /// `None` where rounding puts it beside.
+    pub fn sample_parallel(
+        &self,
+        scene: &BoundingDisk,
+        direction: Vec3,
+        total: f64,
+        u_disk: f32,
+        u: Vec2,
+    ) -> Option<Vec3> {
+        let mut left = f64::from(u_disk) * total;
+        let mut chosen = None;
+        for t in self.met(scene) {
+            chosen = Some(t);
+            left -= PI * t.radius * t.radius;
+            if left < 0.0 {
+                break;
+            }
+        }
+        let t = chosen?;
+        let across = Frame::around(direction).to_world(warp::disk(u).extend(0.0)).as_dvec3() * t.radius;
+        let origin = scene.before(t.center + across, direction);
+        meets(t, origin, direction).then_some(origin)
+    }
+
+    /// Density of a ray along `direction` through a place, per area perpendicular to it.
+    #[inline]
+    pub fn density_parallel(&self, scene: &BoundingDisk, direction: Vec3, total: f64, through: Vec3) -> f64 {
+        self.met(scene).filter(|t| meets(t, through, direction)).count() as f64 / total
+    }
+}
+
+/// Whether the line through a place along `direction`, unit, meets a sphere.
+#[inline]
+fn meets(t: &Target, through: Vec3, direction: Vec3) -> bool {
+    let (to, d) = (t.center - through.as_dvec3(), direction.as_dvec3());
+    // Of a direction in f32, whose length is 1 to within 1e-7.
+    let across2 = to.length_squared() - to.dot(d).powi(2) / d.length_squared();
+    across2 <= t.radius * t.radius
 }
 
 /// Whether a unit direction is in the cone around `to` with that squared sine of its half-angle.

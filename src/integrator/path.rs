@@ -47,7 +47,7 @@ pub fn sample(
             _ => tracer.rays.camera_path += 1,
         }
         let Some(hit) = world.intersector.closest(&ray) else {
-            if let Some((emitted, densities)) = world.lights.escape(ray.direction) {
+            if let Some((emitted, densities)) = world.lights.escape(ray.origin, ray.direction) {
                 if world.requirements.absorption {
                     beta *= world.transmittance(medium, f32::INFINITY);
                 }

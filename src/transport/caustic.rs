@@ -55,6 +55,8 @@ pub struct CausticEdge {
     pub first: Vec3,
     /// Unit direction at the light-side end, into the chain.
     pub last: Vec3,
+    /// The interface next to that end.
+    pub exit: Vec3,
     /// `cos_b / J`, see [`crate::manifold::Chain::inverse_jacobian`].
     pub inverse_jacobian: f64,
     /// What stands for it in the weights, see [`GeometryTerm`].
@@ -155,7 +157,7 @@ impl Tracer<'_> {
         };
         // Every segment must be free.
         let crossings = chain.crossings();
-        let mut from = *a;
+        let (mut from, mut exit) = (*a, a.position());
         let vertices = crossings.iter().zip(chain.vertices());
         let stops =
             vertices.map(|(crossing, vertex)| Endpoint::Surface(refractors.surface_point(crossing.interface, vertex)));
@@ -164,7 +166,7 @@ impl Tracer<'_> {
                 self.walks.occluded += 1;
                 return Err(None);
             }
-            from = to;
+            (exit, from) = (from.position(), to);
         }
         let reach = a.position().abs().max(b.position().abs()).max_element();
         let lengths = chain.lengths();
@@ -180,6 +182,7 @@ impl Tracer<'_> {
             shapes: [0; MAX_CHAIN],
             first: chain.first.as_vec3(),
             last: chain.last.as_vec3(),
+            exit,
             inverse_jacobian: chain.inverse_jacobian,
             weight_inverse_jacobian,
             weight_etendue,

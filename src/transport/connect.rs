@@ -194,7 +194,7 @@ impl Tracer<'_> {
         let hit = if d.hittable { scattering.pdf as f64 * to_light } else { 0.0 };
         let weight = weight::next_event(1.0, d.direct, emission, hit);
         let camera_only = weight * (1.0 + hit / d.direct);
-        let vertex = LightVertex { light: light.light, at: light.at, densities: *d };
+        let vertex = LightVertex { light: light.light, at: light.at, through: a.at.p, densities: *d };
         Some((Joined::regular(value, weight, camera_only), vertex, ray))
     }
 
@@ -318,7 +318,7 @@ impl Tracer<'_> {
         if !(value.max_element() > 0.0) {
             return None;
         }
-        let densities = self.lights.densities(&world.shapes, light, &at, chain.last, a.at.p);
+        let densities = self.lights.densities(&world.shapes, light, &at, (chain.last, chain.exit), a.at.p);
         let cos_a = f64::from(a.cos_g(chain.first));
         let cos_b = match &at {
             Endpoint::Surface(y) => f64::from(y.ng.dot(chain.last).abs()),
@@ -333,7 +333,7 @@ impl Tracer<'_> {
         let camera_only = direct * chain.presumed * chain.weight_inverse_jacobian / cos_b + hit;
         let joined = Joined::caustic(value / direct as f32, cos_b, direct, others, camera_only, chain);
         self.joined.push(Joined { densities: Some(densities), ..joined.attempted(attempt * chain.attempt) });
-        Some(LightVertex { light, at, densities })
+        Some(LightVertex { light, at, through: chain.exit, densities })
     }
 
     /// Connection of two surface vertices through glass.

@@ -161,7 +161,8 @@ impl Tracer<'_> {
             }
             Departure::Light => {
                 let Some(start) = &self.light_start else { return };
-                let densities = self.lights.densities(&self.world.shapes, start.light, &start.at, direction, receiver);
+                let ray = (direction, edge.origin);
+                let densities = self.lights.densities(&self.world.shapes, start.light, &start.at, ray, receiver);
                 // At grazing angles the rounded ends may put the receiver behind the light.
                 let sampled = start.densities.direction;
                 edge.forward = if densities.direction > 0.0 { densities.direction } else { sampled };

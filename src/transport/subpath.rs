@@ -12,7 +12,7 @@ use super::vertex::{EdgeRecord, LightVertex, Vertex};
 use super::walk_count::WalkCount;
 use super::weight::{Partial, emitter_hit, light_image};
 use crate::camera::{Camera, Endpoint};
-use crate::emitter::Lights;
+use crate::emitter::{EmissionSample, Lights};
 use crate::geometry::ray::segment;
 use crate::geometry::{Aim, Ray, SurfacePoint};
 use crate::manifold::MAX_CHAIN;
@@ -287,7 +287,8 @@ impl<'w> Tracer<'w> {
                 (Ray { origin, direction: sample.direction, t_max: f32::INFINITY }, origin)
             }
         };
-        self.light_start = Some(LightVertex { light: sample.light, at: sample.at, densities: sample.densities });
+        let EmissionSample { light, at, densities, .. } = sample;
+        self.light_start = Some(LightVertex { light, at, through: origin, densities });
         let mut edge = OpenEdge::new(Departure::Light, origin, medium);
         edge.at_infinity = matches!(sample.at, Endpoint::Infinite(_));
         edge.forward_is_area = edge.at_infinity;
@@ -505,16 +506,17 @@ impl<'w> Tracer<'w> {
         let (partial, _, record) = self.close(edge, walk, end, &place, 1.0, &mut wo);
         let densities = if record.chain > 0 && record.technique > 0.0 {
             // The direction may have changed in its last bits.
-            self.lights.densities(&self.world.shapes, light, &place, wo, edge.origin)
+            self.lights.densities(&self.world.shapes, light, &place, (wo, at.p), edge.origin)
         } else {
             densities
         };
-        self.record_hit(walk, edge, (partial, record), radiance, wo, LightVertex { light, at: place, densities });
+        let vertex = LightVertex { light, at: place, through: at.p, densities };
+        self.record_hit(walk, edge, (partial, record), radiance, wo, vertex);
     }
 
     fn escape(&mut self, walk: &Walk, edge: &mut OpenEdge) {
         let direction = walk.ray.direction;
-        let Some((mut radiance, densities)) = self.lights.escape(direction) else { return };
+        let Some((mut radiance, densities)) = self.lights.escape(walk.ray.origin, direction) else { return };
         if self.world.requirements.absorption {
             radiance *= self.world.transmittance(walk.medium, f32::INFINITY);
         }
@@ -526,7 +528,7 @@ impl<'w> Tracer<'w> {
         let place = Endpoint::Infinite(direction);
         let mut wo = -direction;
         let (partial, _, record) = self.close(edge, walk, &mut end, &place, 1.0, &mut wo);
-        let start = LightVertex { light, at: place, densities };
+        let start = LightVertex { light, at: place, through: walk.ray.origin, densities };
         self.record_hit(walk, edge, (partial, record), radiance, -direction, start);
     }
 

@@ -116,6 +116,8 @@ pub struct LightVertex {
     pub light: u32,
     /// Where.
     pub at: Endpoint,
+    /// A place on the ray that leaves it.
+    pub through: Vec3,
     /// Densities for the path that leaves here.
     pub densities: LightDensities,
 }

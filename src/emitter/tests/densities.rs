@@ -26,7 +26,7 @@ fn all_techniques_get_the_same_bits() {
                     }
                     Endpoint::Infinite(to_light) if s.densities.hittable => {
                         assert_eq!(*to_light, s.wi);
-                        assert_eq!(lights.escape(s.wi).unwrap().1, s.densities, "{name}");
+                        assert_eq!(lights.escape(receiver, s.wi).unwrap().1, s.densities, "{name}");
                     }
                     Endpoint::Point(_) | Endpoint::Infinite(_) => assert!(!s.densities.hittable),
                 }
@@ -36,7 +36,9 @@ fn all_techniques_get_the_same_bits() {
                 let direct = lights.direct_density(&scene.shapes, s.light, &s.at, receiver);
                 let expected = match &s.at {
                     Endpoint::Surface(at) => lights.hit(&scene.shapes, s.light, at, s.direction, receiver).unwrap().1,
-                    Endpoint::Infinite(to_light) if s.densities.hittable => lights.escape(*to_light).unwrap().1,
+                    Endpoint::Infinite(to_light) if s.densities.hittable => {
+                        lights.escape(s.origin, *to_light).unwrap().1
+                    }
                     Endpoint::Point(_) | Endpoint::Infinite(_) => LightDensities { direct, ..s.densities },
                 };
                 assert_eq!(expected, LightDensities { direct, ..s.densities }, "{name}");
@@ -71,7 +73,7 @@ fn what_emits_nothing_is_no_light() {
     assert!(scene.lights.of_shape(0).is_none() && scene.lights.of_shape(1).is_none());
     assert!(scene.direct(Vec3::Y, &mut random).is_none());
     assert!(scene.emission(&mut random).is_none());
-    assert!(scene.lights.escape(Vec3::Y).is_none());
+    assert!(scene.lights.escape(CENTER, Vec3::Y).is_none());
 }
 
 /// A million calls over lights and distances from 1e-6 to 1e6.

@@ -156,7 +156,8 @@ fn a_rotation_turns_what_is_seen() {
     let m = rotation.as_mat3();
     assert!((m * Vec3::Z - Vec3::X).length() < 1e-6, "from +z to +x");
     for d in [Vec3::new(0.3, 0.5, 0.2), Vec3::new(-0.7, -0.1, 0.4)].map(Vec3::normalize) {
-        let (a, b) = (plain.lights.escape(d).unwrap(), turned.lights.escape((m * d).normalize()).unwrap());
+        let (a, b) =
+            (plain.lights.escape(CENTER, d).unwrap(), turned.lights.escape(CENTER, (m * d).normalize()).unwrap());
         assert!((a.0 - b.0).abs().max_element() < 1e-4, "{a:?} {b:?}");
         assert!((a.0 - 2.0 * image.radiance(d)).abs().max_element() < 1e-6);
     }

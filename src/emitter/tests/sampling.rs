@@ -19,7 +19,7 @@ fn direct(scene: &Scene, receiver: Vec3, seed: u64) -> Fit {
         s.densities.hittable.then_some(s.wi)
     };
     chi_square::sphere(N, [64, 64], sample, |w| {
-        let mut density = lights.escape(w).map_or(0.0, |(_, d)| d.direct);
+        let mut density = lights.escape(receiver, w).map_or(0.0, |(_, d)| d.direct);
         for s in scene.crossings(receiver, w.as_dvec3().normalize()) {
             let light = lights.of_shape(s.shape).unwrap();
             if lights.hit(&scene.shapes, light, &s, -w, receiver).is_some() {
@@ -98,7 +98,7 @@ fn emission_starts_uniformly_on_surfaces() {
         let (a, b) = (mesh.positions[1].as_dvec3() - corner, mesh.positions[3].as_dvec3() - corner);
         let n = a.cross(b);
         let mut random = random(40);
-        let density = scene.lights.emission_densities(0, &Endpoint::Point(Vec3::ZERO), Vec3::X).0;
+        let density = scene.lights.emission_densities(0, &Endpoint::Point(Vec3::ZERO), Vec3::X, CENTER).0;
         let sample = || {
             let q = scene.emission(&mut random)?.origin.as_dvec3() - corner;
             Some([q.cross(b).dot(n) / n.length_squared(), a.cross(q).dot(n) / n.length_squared()])
@@ -108,7 +108,7 @@ fn emission_starts_uniformly_on_surfaces() {
     }
     let (name, scene) = &scenes[2];
     let mut random = random(41);
-    let density = scene.lights.emission_densities(0, &Endpoint::Point(Vec3::ZERO), Vec3::X).0;
+    let density = scene.lights.emission_densities(0, &Endpoint::Point(Vec3::ZERO), Vec3::X, CENTER).0;
     let sample = || match scene.emission(&mut random)?.at {
         Endpoint::Surface(s) => Some(s.ng),
         _ => None,
@@ -141,9 +141,9 @@ fn emission_leaves_with_its_direction_density() {
         };
         let density = |w: Vec3| {
             if environment {
-                return scene.lights.emission_densities(0, &Endpoint::Infinite(-w), w).0;
+                return scene.lights.emission_densities(0, &Endpoint::Infinite(-w), w, CENTER).0;
             }
-            scene.lights.emission_densities(0, &at, w).1
+            scene.lights.emission_densities(0, &at, w, CENTER).1
         };
         chi_square::sphere(N, [20, 20], sample, density).assert_accepted(name, TESTS);
     }
@@ -161,7 +161,7 @@ fn light_from_infinity_starts_uniformly_on_a_disk_before_the_scene() {
             let x = d.any_orthonormal_vector();
             Some([offset.dot(x), offset.dot(d.cross(x))])
         };
-        let density = scene.lights.emission_densities(0, &Endpoint::Infinite(Vec3::Y), Vec3::NEG_Y).1;
+        let density = scene.lights.emission_densities(0, &Endpoint::Infinite(Vec3::Y), Vec3::NEG_Y, CENTER).1;
         chi_square::rectangle(-r..r, -r..r, N, [12, 12], sample, |x, y| if x.hypot(y) < r { density } else { 0.0 })
             .assert_accepted(name, TESTS);
     }
