@@ -356,6 +356,39 @@ mutation("aim: weight of what was drawn at a surface", "src/transport/aim.rs",
 mutation("aim: density of emission", "src/emitter/light.rs",
          "(1.0 - share) * plain + share * targets.density(from, &reach, total, direction)", "plain",
          ("lib", "aimed_light_carries"))
+mutation("aim: light from infinity, several spheres in one direction", "src/geometry/targets.rs",
+         "self.met(scene).filter(|t| meets(t, through, direction)).count() as f64 / total",
+         "f64::from(u8::from(self.met(scene).any(|t| meets(t, through, direction)))) / total",
+         ("lib", "aimed"))
+mutation("aim: light from infinity, density by the receiver's ray", "src/transport/connect.rs",
+         "(chain.last, chain.exit), a.at.p);", "(chain.last, a.at.p), a.at.p);",
+         ("weights", "delta_lights"))
+mutation("aim: light from infinity, share of plain emission", "src/emitter/light.rs",
+         "return (1.0 - share) * plain + share * targets.density_parallel",
+         "return plain + share * targets.density_parallel",
+         ("options", "aim_of_light_from_infinity"), ("lib", "aimed_light_carries"))
+mutation("image environment: density by pixels instead of between them", "src/emitter/map.rs",
+         "probability * here / (mean * solid_angle)", "probability * here / (here * solid_angle)",
+         ("lib", "emitter::tests::environment"))
+mutation("image environment: rows all alike", "src/emitter/map.rs",
+         "rows.push(sum.dot(LUMINANCE));", "rows.push(sum.dot(LUMINANCE).signum());",
+         ("lib", "emitter::tests::environment"), ("closed_forms", "image_environment"))
+mutation("image environment: rows of equal angle have equal area", "src/emitter/map.rs",
+         "(0.5 * PI * (row as f64 - 0.5) / height as f64).sin().powi(2)", "(row as f64 - 0.5) / height as f64",
+         ("lib", "emitter::tests::environment"))
+mutation("image environment: mirrored", "src/emitter/map.rs",
+         "(0.5 - d.x.atan2(d.z) / (2.0 * PI))", "(0.5 + d.x.atan2(d.z) / (2.0 * PI))",
+         ("references", "sky_path"), ("lib", "the_centre_of_a_pixel"))
+mutation("image environment: turned the other way", "src/emitter/infinite.rs",
+         "self.radiance * map.radiance(rotation.transpose() * to_light)",
+         "self.radiance * map.radiance(*rotation * to_light)",
+         ("references", "sky_path"), ("lib", "a_rotation_turns"))
+mutation("forecast: rare connections count as often as they are rare", "src/render/moments.rs",
+         "added * seldom.min(MOST_SELDOM)", "added * seldom",
+         ("options", "connections_are_made"))
+mutation("forecast: connections by typical groups alone", "src/render/pilot.rs",
+         "(self.saved_in(self.moments.len(), |m| m.unconnected), walks", "(self.saved(|m| m.unconnected), walks",
+         ("options", "connections_are_made"))
 mutation("aim: at surfaces that transmit, too", "src/scatter/mod.rs",
          "lobe.connectable() && !lobe.transmits()", "lobe.connectable()", ("weights", "area_light"))
 mutation("aim: directions that rounding puts outside", "src/geometry/targets.rs",
