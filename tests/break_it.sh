@@ -212,7 +212,7 @@ mutation("choice of a light: probability", "src/emitter/choose.rs",
          "{ let _ = light; 1.0 / self.emission.len() as f64 }",
          ("closed_forms", "unequal_lights"))
 mutation("choice of a light: left out of emission", "src/emitter/mod.rs",
-         "(choice * l.position_density(), ", "(choice.signum() * l.position_density(), ",
+         "(choice * l.position_density(at), ", "(choice.signum() * l.position_density(), ",
          ("agreement", "techniques_on_diffuse"))
 mutation("choice of a light for a receiver: probability", "src/emitter/choose.rs",
          "reception.probability(receiver, light, emission)", "(emission + 0.0 * reception.finite)",
