@@ -435,6 +435,13 @@ def sky() -> Scene:
     ], [], (1.0, 1.0, 1.0), sky_image(128, 64), 20.0)
 
 
+def water_glass_sky() -> Scene:
+    """The tumbler under that sky, in place of its lamp."""
+    lit = water_glass()
+    return replace(lit, name="water_glass_sky", objects=[o for o in lit.objects if o.name != "lamp"],
+                   environment=(1.0, 1.0, 1.0), sky=sky_image(128, 64), turn=20.0)
+
+
 def scenes() -> list[Scene]:
     """All, in the order of the README."""
     ball = Sphere((0.1, -0.1, -0.2), 0.45)
@@ -452,5 +459,5 @@ def scenes() -> list[Scene]:
         rough_glass(), frosted(), smooth_normals(), demo(),
         eye("eye", False), eye("eye_small", True),
         water("water", 0.3), water("water_small", 0.005), water_glass(), lumpy(),
-        window("window", 0.3), window("window_small", 0.005), pane_sphere(), sky(),
+        window("window", 0.3), window("window_small", 0.005), pane_sphere(), sky(), water_glass_sky(),
     ]

@@ -34,7 +34,7 @@ const fn scene(name: &'static str, factor: f64, checked: bool) -> Scene {
 }
 
 /// In the order of the document.
-const SCENES: [Scene; 19] = [
+const SCENES: [Scene; 21] = [
     scene("figure4a", 0.5, true),
     scene("figure4a_small", 0.6, false),
     scene("figure4b", 0.7, true),
@@ -53,6 +53,8 @@ const SCENES: [Scene; 19] = [
     scene("lumpy", 0.7, true),
     scene("water_glass", 0.3, true),
     scene("frosted", 0.4, true),
+    scene("sky", 0.4, true),
+    scene("water_glass_sky", 0.4, true),
     scene("cornell", 0.15, true),
 ];
 
