@@ -132,12 +132,12 @@ fn aim_of_light_from_infinity_changes_nothing() {
         b.light(LightKind::Directional { direction: DVec3::new(0.3, -1.0, 0.2), irradiance: Rgb::splat(2.0) });
     };
     let sky = |b: &mut Builder| b.0.environment = sky();
-    let cases: [(&str, Integrator, &dyn Fn(&mut Builder)); 3] = [
-        ("sun", Integrator::Light, &sun),
-        ("sun and connections", Integrator::Bdpt, &sun),
-        ("sky", Integrator::Bdpt, &sky),
-    ];
-    for (name, integrator, light) in cases {
+    type Light = fn(&mut Builder);
+    for (name, integrator, light) in [
+        ("sun", Integrator::Light, sun as Light),
+        ("sun and connections", Integrator::Bdpt, sun),
+        ("sky", Integrator::Bdpt, sky),
+    ] {
         let mut b = Builder::default();
         let white = b.diffuse(0.6);
         b.quad(Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0, white);
