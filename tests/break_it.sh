@@ -384,7 +384,7 @@ mutation("image environment: turned the other way", "src/emitter/infinite.rs",
          "self.radiance * map.radiance(*rotation * to_light)",
          ("references", "sky_path"), ("lib", "a_rotation_turns"))
 mutation("forecast: rare connections count as often as they are rare", "src/render/moments.rs",
-         "added * seldom.min(MOST_SELDOM)", "added * seldom",
+         "more(0.0).min(added * MOST_SELDOM)", "more(0.0)",
          ("options", "connections_are_made"))
 mutation("forecast: connections by typical groups alone", "src/render/pilot.rs",
          "(self.saved_in(self.moments.len(), |m| m.unconnected), walks", "(self.saved(|m| m.unconnected), walks",

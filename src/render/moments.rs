@@ -45,7 +45,7 @@ const FLOOR: f64 = 0.1;
 /// Largest `1/(1 - w)`: a path that nothing else finds counts a million times.
 const MOST: f64 = 1e6;
 
-/// Largest `w/(1 - w)` of a connection. A path that all others sample so much more seldom is missing from most pixels of a
+/// Largest `1/(1 - w)` of a connection. A path that all others sample so much more seldom is missing from most pixels of a
 /// picture, and what is missing is its value once, not squared: with a few hundred samples in a pixel, for the sixteen in a
 /// block of these here, about so many times its share of the moment. More of them made rare paths decide (64: lumpy, where
 /// connections do not pay), fewer leave too little between that scene and sky, where they do.
@@ -89,8 +89,7 @@ impl Moments {
         }
         let more = |ratio: f64| divided(added * (1.0 - ratio), 1.0 - path.weight * (1.0 - ratio));
         self.all += added;
-        let seldom = path.weight / (1.0 - path.weight).max(1.0 / MOST);
-        self.unconnected += if path.connected { added * seldom.min(MOST_SELDOM) } else { 0.0 };
+        self.unconnected += if path.connected { more(0.0).min(added * MOST_SELDOM) } else { 0.0 };
         self.unretried += if path.retried { more(0.0) } else { 0.0 };
         if let Some(attempts) = path.searched {
             let seldom = f64::from(LAMP_SEARCH);

@@ -30,9 +30,9 @@ const GROUP: u32 = 256;
 
 /// Caustic connections pay if they save so many times as much of the caustics' variance as they add to the work; of all
 /// groups, since a small caustic is in a few of them. Measured (variance saved over work added with four seeds; error of the
-/// caustics at equal time, without them over with): figure4a 0.1, 0.5; water_glass 0.4, 0.7; lumpy 0.1 to 0.9, 0.5; sky 0.9 to
-/// 4.1, 3.1, and with a sun of half a degree 1.9 to 20, 6.7; demo 1.5 to 2.8, 1.2 to 1.4; frosted 2.8 to 4.9, 3.4; eye 9 to 10,
-/// 3.8; slab 4.5 to 8; the others 4 to 16.
+/// caustics at equal time, without them over with): figure4a 0.1 to 0.2, 0.5; water_glass 0.5, 0.7; lumpy 0.1 to 0.8, 0.5; sky
+/// 1.4 to 5.5, 3.1, and with a sun of half a degree 2.2 to 20, 6.7; demo 1.7 to 2.9, 1.2 to 1.4; frosted 3.1 to 5.2, 3.4; eye 10
+/// to 11, 3.8; the others 4 to 17.
 const CONNECTIONS_WORTH: f64 = 1.0;
 
 /// Aim pays from a place if it saves so many times what it adds: light that is aimed from one place has the less to gain
