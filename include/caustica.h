@@ -29,7 +29,7 @@
  * Memory in.  Read during the call only, any alignment. A pointer is NULL or valid. Strings are UTF-8
  *             and end with NUL; NULL is the empty string; names have at most 1023 bytes, paths 4095.
  * Memory out. Copied to the host's memory. There is nothing of the library's for the host to free.
- * No memory.  Meshes, acceleration structures and films that find none give CAUSTICA_ERROR_OUT_OF_MEMORY. Where a few
+ * No memory.  Meshes, images, acceleration structures and films that find none give CAUSTICA_ERROR_OUT_OF_MEMORY. Where a few
  *             kilobytes are missing, the process ends, as Rust programs do.
  * Threads.    Any thread may call any function. Calls on different objects run concurrently; to add to,
  *             remove from, load into, commit or release a scene, to set its environment or to ask for its
@@ -275,8 +275,8 @@ caustica_result caustica_scene_load(caustica_device* device, caustica_scene scen
 caustica_result caustica_scene_set_environment(caustica_device* device, caustica_scene scene, const float radiance[3]);
 
 /* An image of what is infinitely far away, latitude by longitude: the top row is around +y, the middle of the image +z,
- * its left quarter +x, as in OpenEXR's environment maps. Between the centres of its pixels it is interpolated. Numbers
- * below 0 count as 0; others must be finite. */
+ * its left quarter +x, turned as OpenEXR's environment maps are. Between the centres of its pixels it is interpolated.
+ * Numbers below 0 count as 0; others must be finite. An EXR file must fill its display window, and be no cube map. */
 typedef struct caustica_environment_desc {
     uint32_t struct_size;
     uint32_t width;        /* columns of `pixels`, up to 65536; else 0 */
@@ -289,7 +289,7 @@ typedef struct caustica_environment_desc {
 } caustica_environment_desc;
 
 /* Surrounds a scene with an image, copied or read during the call. Without `pixels` and `path` the image that was there
- * stays, with another radiance and transform. */
+ * stays, with another radiance and transform; CAUSTICA_ERROR_WRONG_STATE if there is none. */
 caustica_result caustica_scene_set_environment_image(caustica_device* device, caustica_scene scene,
                                                      const caustica_environment_desc* desc);
 

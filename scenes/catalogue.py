@@ -426,7 +426,7 @@ def sky_image(width: int, height: int) -> Image:
 
 
 def sky() -> Scene:
-    """A glass ball, a lens and a clay ball on a floor, under a sky with a sun."""
+    """Two balls of glass and one of clay on a floor, under a sky with a sun."""
     return Scene("sky", Camera((0.3, 1.0, 3.7), (0.0, 0.6, 0.0), 36.0), [
         Object("floor", FLOOR, WHITE),
         Object("ball", Sphere((-0.55, 0.5, 0.1), 0.42), GLASS),

@@ -1,6 +1,6 @@
 //! Image files against closed values, against each other, and against oiiotool.
 
-use caustica::io::image::{ImageError, ImageIo, Metadata, WriteOptions, check_writable, read, write};
+use caustica::io::image::{ImageError, ImageIo, Metadata, WriteOptions, check_writable, read, read_environment, write};
 use caustica::math::Rgb;
 use caustica::render::Image;
 use half::f16;
@@ -581,4 +581,27 @@ mod openimageio {
             assert!(!text.contains("OpenImageIO") && !text.contains("caustica_oiio"), "{text}");
         }
     }
+}
+
+/// A cropped map would be stretched over the sphere, a cube map read as something else.
+#[test]
+fn an_environment_is_all_of_a_latitude_longitude_map() {
+    use exr::prelude::*;
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("sky.exr");
+    let read = |position: (i32, i32), display: (usize, usize), kind: Option<attribute::EnvironmentMap>| {
+        let mut layer = LayerAttributes::named("");
+        (layer.layer_position, layer.environment_map) = (position.into(), kind);
+        let pixels = SpecificChannels::rgb(|at: Vec2<usize>| (at.x() as f32, 1.0f32, 2.0f32));
+        let mut image = Image::from_layer(Layer::new((4, 2), layer, Encoding::UNCOMPRESSED, pixels));
+        image.attributes.display_window = IntegerBounds::from_dimensions(display);
+        image.write().to_file(&path).expect("an EXR file");
+        read_environment(&path).map(|map| map.size()).map_err(|error| error.to_string())
+    };
+    assert_eq!(read((0, 0), (4, 2), None), Ok((4, 2)));
+    assert_eq!(read((0, 0), (4, 2), Some(attribute::EnvironmentMap::LatitudeLongitude)), Ok((4, 2)));
+    for (position, display) in [((0, 0), (4, 4)), ((0, 2), (4, 4)), ((1, 0), (4, 2))] {
+        assert!(read(position, display, None).expect_err("refused").contains("a part of its display window"));
+    }
+    assert!(read((0, 0), (4, 2), Some(attribute::EnvironmentMap::Cube)).expect_err("refused").contains("cube map"));
 }

@@ -1,7 +1,7 @@
 //! What surrounds a scene, infinitely far away.
 
 use super::device::Device;
-use super::error::{ERROR_OUT_OF_MEMORY, Failure, OBJECT_SCENE, OK};
+use super::error::{ERROR_OUT_OF_MEMORY, ERROR_WRONG_STATE, Failure, OBJECT_SCENE, OK};
 use super::guard;
 use super::handle::Handle;
 use super::instance::transform;
@@ -60,10 +60,16 @@ fn set_uniform(device: &Arc<Device>, scene: Handle<Scene>, radiance: Values<f32,
 
 fn set_image(device: &Arc<Device>, scene: Handle<Scene>, desc: In<EnvironmentDesc>) -> Result<i32, Failure> {
     let scene = device.scenes.get(scene)?;
-    let new = read(desc).map_err(|failure| failure.object(OBJECT_SCENE, scene.id, ""))?;
+    let named = |failure: Failure| failure.object(OBJECT_SCENE, scene.id, "");
+    let new = read(desc).map_err(named)?;
     let mut contents = scene.edit()?;
-    let image = new.image.or_else(|| contents.environment.image.take());
-    contents.environment = Environment { image, ..new };
+    let Some(image) = new.image.or_else(|| contents.environment.image.clone()) else {
+        return Err(named(Failure::new(
+            ERROR_WRONG_STATE,
+            "the scene has no image that could stay; pixels or path was expected",
+        )));
+    };
+    contents.environment = Environment { image: Some(image), ..new };
     Ok(OK)
 }
 
@@ -98,6 +104,12 @@ fn read(desc: In<EnvironmentDesc>) -> Result<Environment, Failure> {
 }
 
 fn copy(desc: &EnvironmentDesc) -> Result<EnvironmentMap, Failure> {
+    for (name, side) in [("width", desc.width), ("height", desc.height)] {
+        if !(1..=EnvironmentMap::MOST_SIDE).contains(&(side as usize)) {
+            let text = format!("is {side}; 1 to {} were expected", EnvironmentMap::MOST_SIDE);
+            return Err(Failure::argument(name, text));
+        }
+    }
     let count = u64::from(desc.width) * u64::from(desc.height);
     // SAFETY: the header asks that as many pixels be readable as the size and the stride say.
     let pixels = unsafe { copy_elements("pixels", desc.pixels, count, desc.pixel_stride)? };
@@ -107,6 +119,8 @@ fn copy(desc: &EnvironmentDesc) -> Result<EnvironmentMap, Failure> {
             Failure { parameter: "pixels".to_owned(), ..Failure::new(ERROR_OUT_OF_MEMORY, error.to_string()) }
         }
         EnvironmentMapError::Size { .. } => Failure::argument("width", error.to_string()),
-        EnvironmentMapError::Pixel { .. } => Failure::argument("pixels", error.to_string()),
+        EnvironmentMapError::Pixel { x, y, .. } => {
+            Failure::argument("pixels", error.to_string()).at(y as u64 * u64::from(desc.width) + x as u64)
+        }
     })
 }

@@ -78,6 +78,9 @@ fn failure(error: GltfError) -> Failure {
             with(ERROR_OUT_OF_MEMORY, "path".to_owned())
         }
         GltfError::Io { .. } => with(ERROR_IO, "path".to_owned()),
+        GltfError::Image { object, field, source } => {
+            Failure { object_name: object.name.clone(), ..with(super::write::failure(source).code, field) }
+        }
         GltfError::OutOfMemory { object, .. } => {
             Failure { object_name: object.name.clone(), ..with(ERROR_OUT_OF_MEMORY, "path".to_owned()) }
         }

@@ -1,9 +1,9 @@
 //! An image of what is infinitely far away, and how its directions are drawn.
 //!
 //! Rows are latitudes from the pole +y (top) to -y, columns longitudes; the middle of the image is +z, its left
-//! quarter +x, as in OpenEXR's latitude-longitude maps. Between the centres of its pixels it is linear in
-//! longitude and in the sine of the latitude, around which areas on the sphere are even: so the density that draws a
-//! direction is exactly proportional to the luminance there.
+//! quarter +x, turned as OpenEXR's latitude-longitude maps are, but with the outermost pixels' centres half a pixel from
+//! poles and seam. Between the centres it is linear in longitude and in the sine of the latitude, in which areas on the
+//! sphere are even: so a direction's density can be proportional to the luminance there, but for rounding of probabilities.
 
 use super::LUMINANCE;
 use crate::math::Rgb;
@@ -12,12 +12,9 @@ use std::f64::consts::PI;
 use std::fmt;
 
 /// Steps of the random numbers that choose, as for lights: 23 bits of f32. Cumulative probabilities are whole numbers of them,
-/// so that a cell is drawn as often as claimed. Each row has its own, so only what has less than 1e-7 of a row's light,
-/// or of all light in its row, may be left to paths that find it without choosing it.
+/// so that a cell is drawn as often as claimed. What has less than a step of a row's light, or of all light in its row, may
+/// have none, or a whole one: beside a strong sun that is most of its row, of which other techniques find the rest.
 const STEPS: f64 = (1 << 23) as f64;
-
-/// Most pixels of a side: longer rows have pixels below a step.
-const MOST_COLUMNS: usize = 1 << 16;
 
 /// Why an image is none of what surrounds a scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,8 +49,9 @@ impl fmt::Display for EnvironmentMapError {
         match self {
             EnvironmentMapError::Size { width, height, pixels } => write!(
                 f,
-                "an image of {width} x {height} with {pixels} pixels; as many as width times height were expected, and 1 to \
-                 {MOST_COLUMNS} on a side"
+                "an image of {width} x {height} with {pixels} pixels; as many as width times height were expected, and 1 to {} \
+                 on a side",
+                EnvironmentMap::MOST_SIDE
             ),
             EnvironmentMapError::Pixel { x, y, value } => {
                 write!(f, "pixel ({x}, {y}) is {} {} {}; finite numbers were expected", value.x, value.y, value.z)
@@ -98,10 +96,13 @@ struct Cell {
 }
 
 impl EnvironmentMap {
+    /// Most pixels on a side. The largest maps in use have a quarter of them.
+    pub const MOST_SIDE: usize = 1 << 16;
+
     /// From `width * height` pixels, row by row from the top, linear Rec. 709. What is below 0, as filters that sharpen leave
     /// it, is taken as 0.
     pub fn new(width: usize, height: usize, mut pixels: Vec<Rgb>) -> Result<EnvironmentMap, EnvironmentMapError> {
-        let sides = 1..=MOST_COLUMNS;
+        let sides = 1..=EnvironmentMap::MOST_SIDE;
         if !sides.contains(&width) || !sides.contains(&height) || pixels.len() != width * height {
             return Err(EnvironmentMapError::Size { width, height, pixels: pixels.len() });
         }
@@ -300,6 +301,8 @@ fn cumulative(weights: &[f64]) -> impl Iterator<Item = f32> {
 /// The entry that a uniform number chooses, and the middle of the number's step within it, again in 0 to 1.
 #[inline]
 fn choose(cumulative: &[f32], u: f32) -> (usize, f64) {
+    // Of numbers with one bit more, both belong to a step.
+    let u = ((f64::from(u) * STEPS).floor() / STEPS) as f32;
     let i = cumulative[1..].partition_point(|&c| c <= u).min(cumulative.len() - 2);
     let width = f64::from(cumulative[i + 1] - cumulative[i]);
     let rest = (f64::from(u - cumulative[i]) + 0.5 / STEPS) / width;

@@ -16,7 +16,7 @@ const NESTED: usize = 256;
 /// Longest side over shortest of a box that one sphere covers well enough. Not tuned.
 const COMPACT: f64 = 1.5;
 
-/// Squared sines of the half-angles of cones. Of narrower ones f32 loses more than one direction in 50 000 to rounding;
+/// Squared sines of the half-angles of cones, and areas of disks over that of the scene's. Of narrower ones f32 loses more than one direction in 50 000 to rounding;
 /// wider ones are nearly half of space, as for a place on the sphere.
 const SMALLEST: f64 = 1e-6;
 const LARGEST: f64 = 0.999;

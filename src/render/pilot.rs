@@ -20,10 +20,10 @@ use crate::transport::roulette::{self, Roulette};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// Samples, in groups. The median of their means counts, and, but of connections, the ten of them that forecast least: a few
-/// rare paths must not decide. With aim to decide on they are drawn twice, and again if there will be any, and once more for searches and
-/// for fewer light subpaths: 0.1 to 1 seconds of one thread, together, on the scenes here (EPYC, Zen 3). Threads draw
-/// whole groups.
+/// Samples, in groups. The median of their means counts, and, but of connections, the ten of them that forecast least: a
+/// few rare paths must not decide. With aim to decide on they are drawn twice, and again if there will be any, and once
+/// more for searches and for fewer light subpaths: 0.1 to 1 seconds of one thread, together, on the scenes here (EPYC,
+/// Zen 3). Threads draw whole groups.
 const GROUPS: u32 = 16;
 const TYPICAL: usize = 10;
 const GROUP: u32 = 256;

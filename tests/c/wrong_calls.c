@@ -339,6 +339,7 @@ static void scene_calls(void) {
     sky.pixels = NULL;
     EXPECT(INVALID, caustica_scene_set_environment_image(device, scene, &sky));
     sky.width = sky.height = 0;
+    EXPECT(CAUSTICA_ERROR_WRONG_STATE, caustica_scene_set_environment_image(device, scene, &sky));
     WITH(sky.path, "\xc3", INVALID, caustica_scene_set_environment_image(device, scene, &sky));
     WITH(sky.path, "no such file.exr", CAUSTICA_ERROR_IO, caustica_scene_set_environment_image(device, scene, &sky));
     WITH(sky.path, "sky.xyz", CAUSTICA_ERROR_UNSUPPORTED, caustica_scene_set_environment_image(device, scene, &sky));

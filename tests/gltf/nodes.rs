@@ -272,9 +272,13 @@ fn a_scene_may_have_an_image_of_its_environment() {
         format!("{head}'../sky.exr'; expected a path inside the scene's folder")
     );
     let missing = error(json!({"environment_image": "none.exr"}));
-    assert!(missing.starts_with(&format!("{head}none.exr; ")) && missing.contains("cannot read"), "{missing}");
+    assert!(missing.starts_with("scene 0: extras.caustica.environment_image: "), "{missing}");
+    assert!(missing.contains("none.exr: cannot read"), "{missing}");
     assert!(error(json!({"environment_image": "sky.xyz"})).contains("unknown image format"));
-    assert!(error(json!({"environment_rotation": "east"})).contains("expected a number"));
+    let east = json!({"environment_image": "a%20sky.exr", "environment_rotation": "east"});
+    assert!(error(east).contains("expected a number"));
+    let alone = load(json!({"environment_rotation": 30})).unwrap();
+    assert_warns(&alone, &["scene 0", "extras.caustica.environment_rotation is unknown"]);
     let mut builder = Builder::triangle();
     builder.json["scenes"][0]["extras"] = json!({"caustica": {"environment_image": "a.exr"}});
     assert!(load_slice(&builder.glb(), None).err().unwrap().to_string().contains("beside a scene in memory"));

@@ -116,7 +116,7 @@ pub(crate) struct Surroundings {
     /// its left quarter +x
     #[arg(long, value_name = "FILE")]
     pub(crate) environment: Option<PathBuf>,
-    /// Turns that image about +y, from +z to +x [default: as the scene says]
+    /// Turns that image, or that of the scene, about +y, from +z to +x [default: 0, or as the scene says]
     #[arg(long, value_name = "DEGREES", allow_negative_numbers = true, value_parser = finite)]
     pub(crate) environment_rotation: Option<f32>,
     /// Multiplies the light from all around

@@ -50,6 +50,9 @@ fn surround(environment: &mut Environment, by: &Surroundings) -> Result<(), Fail
         *environment = Environment { image: Some(Arc::new(image)), ..Rgb::ONE.into() };
     }
     if let Some(degrees) = by.environment_rotation {
+        if environment.image.is_none() {
+            return Err("--environment-rotation: neither --environment nor the scene gives an image to turn".into());
+        }
         environment.rotation = DMat3::from_rotation_y(f64::from(degrees).to_radians());
     }
     environment.radiance *= by.environment_scale;

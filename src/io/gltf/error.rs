@@ -1,5 +1,6 @@
 //! What can go wrong, and how the objects of a file are named.
 
+use crate::io::image::ImageError;
 use crate::text::{shown, shown_path};
 use std::fmt;
 use std::path::PathBuf;
@@ -37,6 +38,16 @@ pub enum GltfError {
         value: String,
         /// What would do.
         expected: String,
+    },
+    /// An image that the scene names could not be read.
+    #[error("{object}: {}: {source}", shown(field))]
+    Image {
+        /// Where.
+        object: Box<Object>,
+        /// The property that names it.
+        field: String,
+        /// Why not.
+        source: ImageError,
     },
     /// The memory does not suffice.
     #[error("{object}: no memory for {count} items")]

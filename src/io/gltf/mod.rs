@@ -8,7 +8,7 @@
 //!
 //! The way of a file: `container` (text and binary chunk) -> `document` (typed JSON, checked
 //! look-ups) -> `buffer` (bytes) -> `accessor` (typed arrays) -> `mesh`, `material` -> `node` (what
-//! stands where). `budget` bounds what a small file may unfold to.
+//! stands where). `budget` bounds what a small file may unfold to; images have a bound of their own, in `io::image`.
 //!
 //! Beyond \[glTF\], `extras.caustica` is read: on a node `{"sphere": {"radius": r}}` puts an
 //! analytic sphere in place of the node's mesh; on a scene `{"environment": [r, g, b]}` is a
@@ -42,13 +42,13 @@ pub struct Loaded {
     pub warnings: Vec<String>,
 }
 
-/// Reads a `.gltf` or `.glb` file and the buffers beside it.
+/// Reads a `.gltf` or `.glb` file, and the buffers and the image beside it.
 pub fn load(path: &Path) -> Result<Loaded, GltfError> {
     let bytes = container::read_file(path)?;
     load_slice(&bytes, Some(path.parent().unwrap_or(Path::new(""))))
 }
 
-/// Reads a `.gltf` or `.glb` file in memory; `base` is the folder of its external buffers, `None`
+/// Reads a `.gltf` or `.glb` file in memory; `base` is the folder of its external buffers and image, `None`
 /// forbids them.
 pub fn load_slice(bytes: &[u8], base: Option<&Path>) -> Result<Loaded, GltfError> {
     // The checks above are meant to leave no way to panic. Should one be missed, in our code or in

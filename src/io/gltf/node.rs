@@ -64,21 +64,19 @@ pub(super) fn convert_scene(
 /// What surrounds the scene: `environment` and, from a file in the folder `base`, `environment_image` with
 /// `environment_rotation`.
 fn environment(extras: &mut Caustica, object: &Object, base: Option<&Path>) -> Result<Environment, GltfError> {
-    let uri = extras.text("environment_image")?;
-    let image = match (&uri, base) {
-        (None, _) => None,
-        (Some(_), None) => return Err(object.unsupported("an environment image beside a scene in memory")),
-        (Some(uri), Some(base)) => {
-            let path = base.join(relative_path(uri, "extras.caustica.environment_image", object)?);
-            let map = read_environment(&path);
-            Some(Arc::new(map.map_err(|error| object.invalid("extras.caustica.environment_image", uri, error))?))
-        }
-    };
     let radiance = extras.triple("environment")?.map(Rgb::from);
+    let Some(uri) = extras.text("environment_image")? else { return Ok(radiance.unwrap_or(Rgb::ZERO).into()) };
+    let Some(base) = base else {
+        return Err(object.unsupported("an environment image beside a scene in memory"));
+    };
+    let field = "extras.caustica.environment_image";
+    let path = base.join(relative_path(&uri, field, object)?);
+    let unread = |source| GltfError::Image { object: Box::new(object.clone()), field: field.to_owned(), source };
+    let image = read_environment(&path).map_err(unread)?;
     let degrees = extras.number("environment_rotation")?.unwrap_or(0.0);
     Ok(Environment {
-        radiance: radiance.unwrap_or(if image.is_some() { Rgb::ONE } else { Rgb::ZERO }),
-        image,
+        radiance: radiance.unwrap_or(Rgb::ONE),
+        image: Some(Arc::new(image)),
         rotation: DMat3::from_rotation_y(degrees.to_radians()),
     })
 }

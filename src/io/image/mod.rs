@@ -154,13 +154,21 @@ pub fn write(path: &Path, image: &Image, metadata: &Metadata, options: &WriteOpt
 /// as linear. Channels beside R, G, B are left out; a single grey channel becomes all three. Of an
 /// EXR file: the first part that has R, G, B or Y, its data window, its full resolution.
 pub fn read(path: &Path) -> Result<Image, ImageError> {
+    let (format, bytes) = load(path)?;
+    decode(format, &bytes).map_err(|failure| failure.at(path))
+}
+
+fn load(path: &Path) -> Result<(Format, Vec<u8>), ImageError> {
     let format = Format::of(path)?;
     let bytes = std::fs::read(path).map_err(|source| ImageError::Io { path: path.into(), action: "read", source })?;
+    Ok((format, bytes))
+}
+
+fn decode(format: Format, bytes: &[u8]) -> Result<Image, Failure> {
     match format {
-        Format::Exr => openexr::decode(&bytes),
-        _ => oiio::decode(format, &bytes),
+        Format::Exr => openexr::decode(bytes),
+        _ => oiio::decode(format, bytes),
     }
-    .map_err(|failure| failure.at(path))
 }
 
 fn check_exposure(path: &Path, options: &WriteOptions) -> Result<(), ImageError> {

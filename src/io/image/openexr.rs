@@ -8,7 +8,7 @@ use crate::render::Image;
 use exr::block::reader::ChunksReader;
 use exr::block::{BlockIndex, UncompressedBlock};
 use exr::image::{Encoding, Image as Exr, Layer, SpecificChannels};
-use exr::meta::attribute::{AttributeValue, Chromaticities, SampleType, Text};
+use exr::meta::attribute::{AttributeValue, Chromaticities, EnvironmentMap, SampleType, Text};
 use exr::meta::header::Header;
 use exr::prelude::{Blocks, Compression, IntoSample, LayerAttributes, LineOrder, Vec2, WritableImage};
 use half::f16;
@@ -156,6 +156,21 @@ pub(super) fn decode(file: &[u8]) -> Result<Image, Failure> {
 fn decodes_safely(compression: Compression) -> bool {
     use Compression::{PIZ, PXR24, RLE, Uncompressed, ZIP1, ZIP16};
     matches!(compression, Uncompressed | RLE | ZIP1 | ZIP16 | PIZ | PXR24)
+}
+
+/// Refuses what is no latitude-longitude map of all directions: a part of one, or a cube.
+pub(super) fn check_surrounds(file: &[u8]) -> Result<(), Failure> {
+    let reader = exr::block::read(Cursor::new(file), false).map_err(codec)?;
+    let Some(header) = reader.headers().iter().find(|header| targets(header).is_some()) else { return Ok(()) };
+    let (display, own) = (header.shared_attributes.display_window, &header.own_attributes);
+    if (own.layer_position, header.layer_size) != (display.position, display.size) {
+        let reason = "its pixels fill a part of its display window; all of it was expected, from pole to pole";
+        return Err(Failure::Unsupported(reason.to_owned()));
+    }
+    if own.environment_map == Some(EnvironmentMap::Cube) {
+        return Err(Failure::Unsupported("it is a cube map; latitude by longitude was expected".to_owned()));
+    }
+    Ok(())
 }
 
 /// Which of r, g, b each channel of the file fills; none if these are not all filled.
