@@ -12,7 +12,7 @@ const UNIFORM_SHARE: f64 = 0.1;
 
 /// Steps of the random numbers that choose: 23 bits of f32. Probabilities are whole numbers of them, so that a light is
 /// chosen as often as claimed, however many there are.
-const STEPS: f64 = (1 << 23) as f64;
+pub(super) const STEPS: f64 = (1 << 23) as f64;
 
 /// Largest number of lights: one step for each, and as many for their power.
 pub const MOST_LIGHTS: usize = 1 << 22;

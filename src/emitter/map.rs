@@ -6,15 +6,11 @@
 //! sphere are even: so a direction's density can be proportional to the luminance there, but for rounding of probabilities.
 
 use super::LUMINANCE;
-use crate::math::Rgb;
+use super::choose::STEPS;
+use crate::math::{Fnv, Rgb};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use std::f64::consts::PI;
 use std::fmt;
-
-/// Steps of the random numbers that choose, as for lights: 23 bits of f32. Cumulative probabilities are whole numbers of them,
-/// so that a cell is drawn as often as claimed. What has less than a step of a row's light, or of all light in its row, may
-/// have none, or a whole one: beside a strong sun that is most of its row, of which other techniques find the rest.
-const STEPS: f64 = (1 << 23) as f64;
 
 /// Why an image is none of what surrounds a scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,7 +68,9 @@ pub struct EnvironmentMap {
     largest: f32,
     /// Where rows of cells begin and end: the part of the sphere's area above, 0 to 1.
     edges: Vec<f64>,
-    /// Cumulative probabilities of the rows of cells, from 0.
+    /// Cumulative probabilities of the rows of cells, from 0, in whole [`STEPS`], so that a cell is drawn as often as claimed.
+    /// What has less than a step of a row's light, or of all light in its row, may have none, or a whole one: beside a strong
+    /// sun that is most of its row, of which other techniques find the rest.
     rows: Vec<f32>,
     /// Of the cells of each row, `width + 1` numbers for each.
     columns: Vec<f32>,
@@ -106,7 +104,8 @@ impl EnvironmentMap {
         if !sides.contains(&width) || !sides.contains(&height) || pixels.len() != width * height {
             return Err(EnvironmentMapError::Size { width, height, pixels: pixels.len() });
         }
-        let (mut largest, mut hash) = (0.0f32, 0xcbf2_9ce4_8422_2325 ^ width as u64);
+        let (mut largest, mut hash) = (0.0f32, Fnv::default());
+        hash.bytes(&(width as u64).to_le_bytes());
         for (i, pixel) in pixels.iter_mut().enumerate() {
             if !pixel.is_finite() {
                 return Err(EnvironmentMapError::Pixel { x: i % width, y: i / width, value: *pixel });
@@ -114,7 +113,7 @@ impl EnvironmentMap {
             let value = pixel.max(Rgb::ZERO);
             *pixel = value;
             largest = largest.max(value.max_element());
-            hash = value.to_array().iter().fold(hash, |h, x| step(h, x.to_bits()));
+            hash.triple(value.to_array().map(f32::to_bits));
         }
         let rows = height + 1;
         let mut columns = Vec::new();
@@ -129,7 +128,7 @@ impl EnvironmentMap {
             rows: Vec::new(),
             columns,
             total: DVec3::ZERO,
-            hash,
+            hash: hash.value(),
         };
         map.tabulate();
         Ok(map)
@@ -271,12 +270,6 @@ fn area_above(row: usize, height: usize) -> f64 {
     } else {
         (0.5 * PI * (row as f64 - 0.5) / height as f64).sin().powi(2)
     }
-}
-
-/// One round of FNV-1a, with the upper half folded into the lower.
-fn step(h: u64, x: u32) -> u64 {
-    let h = (h ^ u64::from(x)).wrapping_mul(0x0000_0100_0000_01b3);
-    h ^ h >> 32
 }
 
 fn luminance(c: Rgb) -> f64 {

@@ -1,14 +1,16 @@
-//! Numbers without a scene: frames, warps, discrete distributions, the random number stream.
+//! Numbers without a scene: frames, warps, discrete distributions, the random number stream, a hash.
 
 #[cfg(test)]
 pub(crate) mod chi_square;
 pub mod distribution;
 pub mod frame;
+pub mod hash;
 pub mod sampler;
 pub mod warp;
 
 pub use distribution::Discrete;
 pub use frame::Frame;
+pub use hash::Fnv;
 pub use sampler::{Sampler, Stream, mix, pixel_position};
 
 /// Three channels, linear Rec. 709 unless a file's metadata says otherwise.

@@ -1,38 +1,8 @@
 //! A hash of a description that is the same on every machine and for every compiler.
 
 use super::description::*;
+use crate::math::Fnv;
 use std::fmt::Write;
-
-/// After FNV-1a, 64 bits (Fowler, Noll, Vo 1991): stable by definition, unlike the standard library's.
-struct Fnv(u64);
-
-impl Fnv {
-    fn bytes(&mut self, bytes: &[u8]) {
-        bytes.iter().for_each(|&b| self.step(b.into()));
-    }
-
-    #[inline]
-    fn step(&mut self, x: u64) {
-        self.0 = (self.0 ^ x).wrapping_mul(0x0000_0100_0000_01b3);
-    }
-
-    /// Three numbers at once, for speed: the upper half of the sum is folded into the lower, where a product alone would
-    /// not carry it.
-    #[inline]
-    fn triple(&mut self, [a, b, c]: [u32; 3]) {
-        for x in [u64::from(a) | u64::from(b) << 32, u64::from(c)] {
-            self.step(x);
-            self.0 ^= self.0 >> 32;
-        }
-    }
-}
-
-impl Write for Fnv {
-    fn write_str(&mut self, s: &str) -> std::fmt::Result {
-        self.bytes(s.as_bytes());
-        Ok(())
-    }
-}
 
 /// Hashes of a description.
 pub(super) struct Fingerprint {
@@ -43,7 +13,7 @@ pub(super) struct Fingerprint {
 }
 
 pub(super) fn fingerprint(d: &Description) -> Fingerprint {
-    let mut h = Fnv(0xcbf2_9ce4_8422_2325);
+    let mut h = Fnv::default();
     for mesh in &d.meshes {
         // The lengths first: what follows can be read in one way alone.
         for length in [mesh.positions.len(), mesh.normals.len(), mesh.triangles.len()] {
@@ -57,7 +27,7 @@ pub(super) fn fingerprint(d: &Description) -> Fingerprint {
         }
     }
     // Debug formatting of numbers is exact (shortest round-trip), and writing to a hash cannot fail.
-    let mut shapes = Fnv(h.0);
+    let mut shapes = h;
     for i in &d.instances {
         let _ = write!(shapes, "{:?}{:?}", i.geometry, i.transform);
     }
@@ -78,7 +48,7 @@ pub(super) fn fingerprint(d: &Description) -> Fingerprint {
     if let Some(image) = image {
         let _ = write!(h, "{:?}{rotation:?}", image.hash());
     }
-    Fingerprint { scene: h.0, shapes: shapes.0 }
+    Fingerprint { scene: h.value(), shapes: shapes.value() }
 }
 
 #[cfg(test)]
@@ -97,23 +67,5 @@ mod tests {
         };
         let hash = |mesh| fingerprint(&Description { meshes: vec![Arc::new(mesh)], ..Description::default() }).shapes;
         assert_ne!(hash(mesh(3, 1)), hash(mesh(0, 4)));
-    }
-
-    /// Each bit of each number counts, also where several change.
-    #[test]
-    fn each_bit_of_a_vertex_counts() {
-        let hash = |bits: [u32; 3]| {
-            let mut h = Fnv(1);
-            h.triple(bits);
-            h.triple([0; 3]);
-            h.0
-        };
-        let mut seen = std::collections::BTreeSet::from([hash([0; 3])]);
-        for (i, j) in (0..96).flat_map(|i| (i..96).map(move |j| (i, j))) {
-            let mut bits = [0; 3];
-            bits[i / 32] |= 1 << (i % 32);
-            bits[j / 32] |= 1 << (j % 32);
-            assert!(seen.insert(hash(bits)), "{i}, {j}");
-        }
     }
 }
