@@ -94,7 +94,7 @@ struct Cell {
 }
 
 impl EnvironmentMap {
-    /// Most pixels on a side. The largest maps in use have a quarter of them.
+    /// Most pixels on a side: more is taken for a mistake. Not tuned.
     pub const MOST_SIDE: usize = 1 << 16;
 
     /// From `width * height` pixels, row by row from the top, linear Rec. 709. What is below 0, as filters that sharpen leave

@@ -5,9 +5,9 @@
 //! `R_m` generates the light vertex itself, `R_{m-1}` the next one, `D` draws the light vertex for a
 //! given receiver. A delta position or direction is left out of the measure.
 //!
-//! A density is a function of the light vertex, the direction and the receiver (at infinity, of a place on the ray: rounding
-//! may put that on either side of the rim of what is aimed at), never of the random numbers that drew them: whichever technique asks for it gets the same bits, and the weights of all
-//! techniques of one path sum to 1.
+//! A density is a function of the light vertex, the direction and the receiver (at infinity, of a place on the ray:
+//! rounding may put that on either side of the rim of what is aimed at), never of the random numbers that drew them:
+//! whichever technique asks for it gets the same bits, and the weights of all techniques of one path sum to 1.
 //!
 //! Emission chooses a light by power, mixed with a small uniform share (`P`); next-event estimation by what arrives at the
 //! receiver, mixed with a share of `P` (`P'`), or with less than two lights at finite places alike.
