@@ -15,7 +15,8 @@
  * Handles.    An id in a struct, one type per kind of object; id 0 is "none". A released, foreign or
  *             invented handle or device is an error (CAUSTICA_ERROR_INVALID_HANDLE), never a crash.
  * Lifetime.   The host's claim ends with the release. What still refers to an object keeps it: a mesh
- *             and a material live as long as an instance shows them. Instances, lights and cameras
+ *             and a material live as long as an instance shows them, a texture as long as a material
+ *             has it. Instances, lights and cameras
  *             belong to one scene and end with it.
  * Commits.    A change in a scene or to any object in it takes effect for renders that are started
  *             after the next caustica_scene_commit. A running render keeps the snapshot it started
@@ -35,7 +36,7 @@
  *             remove from, load into, commit or release a scene, to set its environment or to ask for its
  *             cameras gives CAUSTICA_ERROR_BUSY while another thread does one of these. But a commit copies the
  *             scene first: while it builds, only another commit and the release of the scene are busy. Setting a
- *             mesh, instance, light, camera or material never is: during the copy it may or may not be in the
+ *             mesh, texture, instance, light, camera or material never is: during the copy it may or may not be in the
  *             snapshot. A device must not be used any more when its release begins.
  *             A calling thread needs 256 kB of stack. The threads of a render have the signal mask of the one
  *             that starts it.
@@ -112,7 +113,8 @@ enum {
     CAUSTICA_OBJECT_INSTANCE = 5,
     CAUSTICA_OBJECT_LIGHT = 6,
     CAUSTICA_OBJECT_CAMERA = 7,
-    CAUSTICA_OBJECT_RENDER = 8
+    CAUSTICA_OBJECT_RENDER = 8,
+    CAUSTICA_OBJECT_TEXTURE = 9
 };
 
 /* caustica_detail::index when no element of a list is concerned. */
@@ -135,6 +137,7 @@ typedef struct caustica_detail {
 
 typedef struct caustica_device caustica_device;
 
+typedef struct { uint64_t id; } caustica_texture;
 typedef struct { uint64_t id; } caustica_mesh;
 typedef struct { uint64_t id; } caustica_material;
 typedef struct { uint64_t id; } caustica_scene;
@@ -197,6 +200,9 @@ typedef struct caustica_mesh_desc {
     uint64_t vertex_count;
     const uint32_t* indices; /* three per triangle */
     uint64_t index_count;    /* a multiple of 3 */
+    const float* texture_coordinates;   /* u, v; (0, 0) is the upper left corner of an image, (1, 1) the lower
+                                           right one, as in glTF; one pair per vertex, or NULL */
+    uint64_t texture_coordinate_stride; /* bytes from one pair to the next; 0: 8 */
 } caustica_mesh_desc;
 
 /* Makes a mesh from copies of the arrays. Whether their values make sense is checked by the commit of
@@ -207,6 +213,52 @@ caustica_result caustica_mesh_create(caustica_device* device, const caustica_mes
 caustica_result caustica_mesh_set(caustica_device* device, caustica_mesh mesh, const caustica_mesh_desc* desc);
 
 caustica_result caustica_mesh_release(caustica_device* device, caustica_mesh mesh);
+
+/* ---- Textures ------------------------------------------------------------------------------- */
+
+enum {
+    CAUSTICA_TEXELS_SRGB8 = 1,   /* three bytes: a colour, by the transfer function of sRGB */
+    CAUSTICA_TEXELS_LINEAR8 = 2, /* three bytes: 0 to 1 */
+    CAUSTICA_TEXELS_FLOAT = 3    /* three floats, linear, at least 0 */
+};
+
+enum {
+    CAUSTICA_WRAP_REPEAT = 0,
+    CAUSTICA_WRAP_MIRROR = 1, /* every other image is reversed */
+    CAUSTICA_WRAP_CLAMP = 2   /* the texels of the edge */
+};
+
+enum {
+    CAUSTICA_FILTER_LINEAR = 0, /* there are no smaller copies of an image: the samples of a pixel average it */
+    CAUSTICA_FILTER_NEAREST = 1
+};
+
+/* An image, as texels or as a file (EXR; by OpenImageIO, PNG, TIFF, JPEG and HDR). */
+typedef struct caustica_texture_desc {
+    uint32_t struct_size;
+    uint32_t format;       /* CAUSTICA_TEXELS_, required: of a file, SRGB8 says that integers are colours, the
+                              others that they are numbers; a file's floats are linear in any case */
+    const char* name;      /* for messages */
+    uint32_t width;        /* of texels, 1 to 65536 */
+    uint32_t height;
+    const void* texels;    /* row by row from the top left; or NULL */
+    uint64_t texel_stride; /* bytes from one texel to the next, 4 for RGBA in bytes; 0: 3 or 12 */
+    const char* path;      /* or NULL */
+    uint32_t wrap_u;       /* CAUSTICA_WRAP_, to the right and left */
+    uint32_t wrap_v;
+    uint32_t filter;       /* CAUSTICA_FILTER_ */
+    uint32_t reserved;
+} caustica_texture_desc;
+
+/* Makes a texture from a copy of the texels, or from the file, which is read now. */
+caustica_result caustica_texture_create(caustica_device* device, const caustica_texture_desc* desc,
+                                        caustica_texture* texture);
+
+/* Replaces all values, for all materials that have the texture, from the next commit of their scenes on. */
+caustica_result caustica_texture_set(caustica_device* device, caustica_texture texture,
+                                     const caustica_texture_desc* desc);
+
+caustica_result caustica_texture_release(caustica_device* device, caustica_texture texture);
 
 /* ---- Materials ------------------------------------------------------------------------------ */
 
@@ -242,6 +294,15 @@ typedef struct caustica_material_desc {
     float walked_roughness;      /* rough refraction below this roughness is crossed by manifold walks where
                                     caustic connections are made and no light is a point, a spot or
                                     directional; 0 to 1; 0: smooth refraction alone */
+    /* Textures; those of id 0 are none. They show on meshes with texture coordinates; elsewhere they are left
+     * out, with a warning of the commit. */
+    caustica_texture color_texture;              /* multiplies color; the product is at most 1 */
+    caustica_texture metallic_roughness_texture; /* glTF, where transmission is 0: green multiplies roughness,
+                                                    blue metallic; what roughness leaves rough is never quite
+                                                    a mirror: 0.032 at least */
+    caustica_texture emission_texture;           /* multiplies emission */
+    float texture_transform[6];                  /* two rows of three: (u', v') = M (u, v, 1) finds the texels of
+                                                    all three; all 0: the identity */
 } caustica_material_desc;
 
 /* Fills a descriptor, whose struct_size is set, with a model's defaults: white, smooth, index 1.5, no

@@ -14,4 +14,5 @@ pub mod render;
 pub mod scatter;
 pub mod scene;
 mod text;
+pub mod texture;
 pub mod transport;

@@ -86,6 +86,11 @@ fn integrators_agree(name: &str, builder: &Builder, samples: u32) {
 }
 
 #[test]
+fn integrators_with_textures() {
+    integrators_agree("textured", &scenes::textured(), 128);
+}
+
+#[test]
 fn integrators_on_glossy_surfaces() {
     integrators_agree("glossy", &scenes::glossy(), 128);
 }

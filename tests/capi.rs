@@ -180,11 +180,15 @@ fn both_sides_agree_on_layouts_and_constants() {
         }
         caustica_mesh_desc = capi::mesh::MeshDesc {
             struct_size, reserved, name, positions, position_stride, normals, normal_stride, vertex_count, indices,
-            index_count
+            index_count, texture_coordinates, texture_coordinate_stride
+        }
+        caustica_texture_desc = capi::texture::TextureDesc {
+            struct_size, format, name, width, height, texels, texel_stride, path, wrap_u, wrap_v, filter, reserved
         }
         caustica_material_desc = capi::material::MaterialDesc {
             struct_size, model, name, color, roughness, ior, ior_outside, absorption, absorption_outside, metallic,
-            specular, specular_color, transmission, solid, emission, emission_two_sided, walked_roughness
+            specular, specular_color, transmission, solid, emission, emission_two_sided, walked_roughness,
+            color_texture, metallic_roughness_texture, emission_texture, texture_transform
         }
         caustica_environment_desc = capi::environment::EnvironmentDesc {
             struct_size, width, height, radiance, pixels, pixel_stride, path, transform
@@ -223,7 +227,10 @@ fn both_sides_agree_on_layouts_and_constants() {
             OK, TIMEOUT, CANCELLED, ERROR_INVALID_ARGUMENT, ERROR_INVALID_HANDLE, ERROR_WRONG_STATE, ERROR_UNSUPPORTED,
             ERROR_OUT_OF_MEMORY, ERROR_IO, ERROR_INCOMPATIBLE_VERSION, ERROR_INTERNAL, ERROR_BUSY, ERROR_LIMIT,
             ERROR_BACKEND, NO_INDEX, OBJECT_NONE, OBJECT_DEVICE, OBJECT_MESH, OBJECT_MATERIAL, OBJECT_SCENE,
-            OBJECT_INSTANCE, OBJECT_LIGHT, OBJECT_CAMERA, OBJECT_RENDER
+            OBJECT_INSTANCE, OBJECT_LIGHT, OBJECT_CAMERA, OBJECT_RENDER, OBJECT_TEXTURE
+        }
+        texture {
+            TEXELS_SRGB8, TEXELS_LINEAR8, TEXELS_FLOAT, WRAP_REPEAT, WRAP_MIRROR, WRAP_CLAMP, FILTER_LINEAR, FILTER_NEAREST
         }
         device {
             BACKEND_DEFAULT, BACKEND_EMBREE, BACKEND_OBVHS, SEVERITY_INFO, SEVERITY_WARNING, SEVERITY_ERROR
@@ -309,6 +316,7 @@ fn minimal_scene() -> Description {
     let diffuse = |reflectance: f32, emission: f32| Material {
         name: String::new(),
         scattering: Scattering::Diffuse { reflectance: Rgb::splat(reflectance) },
+        textures: Textures::default(),
         emission: Rgb::splat(emission),
         emission_two_sided: false,
         walked_roughness: WALKED_ROUGHNESS,

@@ -279,6 +279,15 @@ fn sky_through_a_ball() {
 }
 
 #[test]
+fn textures_and_stained_glass() {
+    let mut b = Builder::default();
+    scenes::textures(&mut b);
+    scenes::stained_glass(&mut b);
+    b.perspective([0.375, 1.75, 4.25], [0.0, 0.7, 0.0], 0.62);
+    agree("stained glass", &b, 256, 64);
+}
+
+#[test]
 fn delta_lights_through_a_ball() {
     // No path tracer finds these; plain BDPT does, by light tracing, since the camera sees the floor.
     let mut b = Builder::default();

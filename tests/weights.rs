@@ -115,8 +115,9 @@ impl FullPath<'_> {
     fn turns(&self, i: usize) -> (f64, f64) {
         let v = self.vertices[i - 1];
         let (to_camera, to_light) = (self.edges[i - 1].2, self.edges[i].1);
-        let bsdf = &self.bsdfs[self.world.shape_material[v.at.shape as usize] as usize];
-        let e = bsdf.evaluate(&v.at, to_camera, to_light, TransportMode::Radiance);
+        let plain = &self.bsdfs[self.world.shape_material[v.at.shape as usize] as usize];
+        let textured = self.world.textured_bsdf(&v.at, !std::ptr::eq(self.bsdfs, &self.world.bsdfs[..]));
+        let e = textured.as_ref().unwrap_or(plain).evaluate(&v.at, to_camera, to_light, TransportMode::Radiance);
         // In f32 like the scattering's own densities.
         let mut toward_camera = e.pdf_reverse;
         // Of the light subpaths that arrive, a share goes to the glass, if there is any before the surface.
@@ -442,6 +443,13 @@ fn image_of_the_sky_and_area_light() {
         b.0.environment = scenes::sky();
     };
     check("image of the sky and area light", &room(lights, true, PERSPECTIVE));
+}
+
+#[test]
+fn textures() {
+    let mut b = room(scenes::textures, true, PERSPECTIVE);
+    scenes::stained_glass(&mut b);
+    check("textures", &b);
 }
 
 #[test]

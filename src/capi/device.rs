@@ -17,6 +17,7 @@ use super::mesh::Mesh;
 use super::pointer::{In, Out, Sized32};
 use super::render::Render;
 use super::scene::Scene;
+use super::texture::Texture;
 use crate::geometry::{Shape, Sphere};
 use crate::intersect::{self, Backend};
 use std::collections::BTreeMap;
@@ -139,6 +140,7 @@ pub struct Device {
     pub(super) backend: Backend,
     pub(super) threads: usize,
     pub(super) messages: Arc<Messages>,
+    pub(super) textures: Table<Texture>,
     pub(super) meshes: Table<Mesh>,
     pub(super) materials: Table<Material>,
     pub(super) scenes: Table<Scene>,
@@ -214,6 +216,7 @@ fn create(options: In<DeviceOptions>, device: Out<DevicePointer>) -> Result<i32,
         backend,
         threads: options.num_threads as usize,
         messages: Arc::new(Messages { callback: options.message, user: User(options.user) }),
+        textures: Table::new(count),
         meshes: Table::new(count),
         materials: Table::new(count),
         scenes: Table::new(count),
@@ -275,6 +278,7 @@ fn release(pointer: DevicePointer) -> Result<i32, Failure> {
     count::<Scene>(&mut left, device.scenes.close().len());
     count::<Material>(&mut left, device.materials.close().len());
     count::<Mesh>(&mut left, device.meshes.close().len());
+    count::<Texture>(&mut left, device.textures.close().len());
     if !left.is_empty() {
         let text = format!("the device was released with objects alive: {}", left.join(", "));
         device.messages.send(SEVERITY_INFO, &Failure::new(error::OK, text).object(OBJECT_DEVICE, 0, ""));

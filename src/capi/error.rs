@@ -59,6 +59,8 @@ pub const OBJECT_LIGHT: u32 = 6;
 pub const OBJECT_CAMERA: u32 = 7;
 /// A render.
 pub const OBJECT_RENDER: u32 = 8;
+/// A texture.
+pub const OBJECT_TEXTURE: u32 = 9;
 
 /// `caustica_detail`: what happened, in a form for programs and in one for people. Text that does not
 /// fit is cut at the end of a character.

@@ -5,8 +5,10 @@ use super::error::{Failure, OBJECT_MATERIAL, OK};
 use super::guard;
 use super::handle::{Handle, Kind};
 use super::pointer::{In, MAX_NAME, Out, OutStruct, Sized32, Text};
+use super::texture::Texture;
 use crate::math::Rgb;
-use crate::scene::description::{self, Medium, MetallicRoughness, Scattering, WALKED_ROUGHNESS};
+use crate::scene::description::{self, Medium, MetallicRoughness, Scattering, Textures, WALKED_ROUGHNESS};
+use glam::Affine2;
 use std::sync::{Arc, Mutex};
 
 /// Lambertian.
@@ -58,6 +60,23 @@ pub struct MaterialDesc {
     pub emission_two_sided: u32,
     /// Rough refraction below this roughness is crossed by walks.
     pub walked_roughness: f32,
+    /// Multiplies `color`; none for id 0, as the following.
+    pub color_texture: Handle<Texture>,
+    /// Its green multiplies `roughness`, its blue `metallic`.
+    pub metallic_roughness_texture: Handle<Texture>,
+    /// Multiplies `emission`.
+    pub emission_texture: Handle<Texture>,
+    /// Two rows of three, from texture coordinates to the images; all 0 for the identity.
+    pub texture_transform: [f32; 6],
+}
+
+/// The textures that a host has given a material.
+#[derive(Clone, Default)]
+struct Bound {
+    color: Option<Arc<Texture>>,
+    metallic_roughness: Option<Arc<Texture>>,
+    emission: Option<Arc<Texture>>,
+    transform: Affine2,
 }
 
 // SAFETY: `repr(C)`, `u32` first, numbers and pointers only.
@@ -69,7 +88,7 @@ unsafe impl Sized32 for MaterialDesc {
 /// A material; lives as long as the host or an instance refers to it.
 pub struct Material {
     pub(super) id: u64,
-    state: Mutex<description::Material>,
+    state: Mutex<(description::Material, Bound)>,
 }
 
 impl Kind for Material {
@@ -81,13 +100,20 @@ impl Kind for Material {
 impl Material {
     /// A material that the host has no handle of has the id 0.
     pub(super) fn new(id: u64, state: description::Material) -> Material {
-        Material { id, state: Mutex::new(state) }
+        Material { id, state: Mutex::new((state, Bound::default())) }
     }
 
     /// Its values now.
     pub(super) fn describe(&self) -> Result<description::Material, Failure> {
-        let state = self.state.lock().map_err(|_| self.broken())?;
-        Ok(state.clone())
+        let (mut state, bound) = self.state.lock().map_err(|_| self.broken())?.clone();
+        let map = |texture: &Option<Arc<Texture>>| texture.as_ref().map(|texture| texture.map(bound.transform));
+        let Textures { color, metallic_roughness, emission } = &mut state.textures;
+        for (place, texture) in
+            [(color, &bound.color), (metallic_roughness, &bound.metallic_roughness), (emission, &bound.emission)]
+        {
+            *place = map(texture).or(place.take());
+        }
+        Ok(state)
     }
 
     fn broken(&self) -> Failure {
@@ -133,6 +159,10 @@ fn init(desc: OutStruct<MaterialDesc>, model: u32) -> Result<i32, Failure> {
         emission: [0.0; 3],
         emission_two_sided: 0,
         walked_roughness: WALKED_ROUGHNESS,
+        color_texture: Handle::new(0),
+        metallic_roughness_texture: Handle::new(0),
+        emission_texture: Handle::new(0),
+        texture_transform: [0.0; 6],
     });
     Ok(OK)
 }
@@ -146,15 +176,15 @@ fn check_model(model: u32) -> Result<(), Failure> {
 
 fn create(device: &Arc<Device>, desc: In<MaterialDesc>, material: Out<Handle<Material>>) -> Result<i32, Failure> {
     let out = material.required("material")?;
-    let state = read(desc, 0)?;
-    let (handle, _) = device.materials.insert(|id| Material::new(id, state))?;
+    let state = read(device, desc, 0)?;
+    let (handle, _) = device.materials.insert(|id| Material { id, state: Mutex::new(state) })?;
     out.write(handle);
     Ok(OK)
 }
 
 fn set(device: &Arc<Device>, material: Handle<Material>, desc: In<MaterialDesc>) -> Result<i32, Failure> {
     let object = device.materials.get(material)?;
-    let state = read(desc, object.id)?;
+    let state = read(device, desc, object.id)?;
     *object.state.lock().map_err(|_| object.broken())? = state;
     Ok(OK)
 }
@@ -164,10 +194,35 @@ fn release(device: &Arc<Device>, material: Handle<Material>) -> Result<i32, Fail
     Ok(OK)
 }
 
-fn read(desc: In<MaterialDesc>, id: u64) -> Result<description::Material, Failure> {
+fn read(device: &Device, desc: In<MaterialDesc>, id: u64) -> Result<(description::Material, Bound), Failure> {
     let desc = desc.read("desc")?;
     let name = desc.name.read("name", MAX_NAME)?;
-    convert(&desc, &name).map_err(|failure| failure.object_if_none(OBJECT_MATERIAL, id, &name))
+    let both = convert(&desc, &name).and_then(|material| Ok((material, bound(device, &desc)?)));
+    both.map_err(|failure| failure.object_if_none(OBJECT_MATERIAL, id, &name))
+}
+
+fn bound(device: &Device, d: &MaterialDesc) -> Result<Bound, Failure> {
+    let texture = |parameter: &str, handle: Handle<Texture>| match handle.id() {
+        0 => Ok(None),
+        _ => {
+            let found = device.textures.get(handle);
+            found.map(Some).map_err(|failure| Failure { parameter: parameter.to_owned(), ..failure })
+        }
+    };
+    if let Some(at) = d.texture_transform.iter().position(|x| !x.is_finite()) {
+        let text = format!("is {}; finite numbers were expected", d.texture_transform[at]);
+        return Err(Failure::argument("texture_transform", text).at(at as u64));
+    }
+    let [a, b, c, e, f, g] = d.texture_transform;
+    Ok(Bound {
+        color: texture("color_texture", d.color_texture)?,
+        metallic_roughness: texture("metallic_roughness_texture", d.metallic_roughness_texture)?,
+        emission: texture("emission_texture", d.emission_texture)?,
+        transform: match d.texture_transform.iter().all(|&x| x == 0.0) {
+            true => Affine2::IDENTITY,
+            false => Affine2::from_cols_array(&[a, e, b, f, c, g]),
+        },
+    })
 }
 
 fn convert(d: &MaterialDesc, name: &str) -> Result<description::Material, Failure> {
@@ -201,6 +256,7 @@ fn convert(d: &MaterialDesc, name: &str) -> Result<description::Material, Failur
     Ok(description::Material {
         name: name.to_owned(),
         scattering,
+        textures: Textures::default(),
         emission: Rgb::from_array(d.emission),
         emission_two_sided: boolean("emission_two_sided", d.emission_two_sided)?,
         walked_roughness: d.walked_roughness,

@@ -32,6 +32,10 @@ pub struct MeshDesc {
     pub indices: *const u32,
     /// A multiple of three.
     pub index_count: u64,
+    /// Two floats per vertex, or null.
+    pub texture_coordinates: *const f32,
+    /// Bytes from one pair to the next; 0 for 8.
+    pub texture_coordinate_stride: u64,
 }
 
 // SAFETY: `repr(C)`, `u32` first, integers and pointers only.
@@ -95,16 +99,23 @@ fn copy(desc: &MeshDesc, name: &str) -> Result<MeshDescription, Failure> {
     if !desc.index_count.is_multiple_of(3) {
         return Err(Failure::argument("index_count", format!("is {}; a multiple of 3 was expected", desc.index_count)));
     }
-    let normal_count = if desc.normals.is_null() { 0 } else { desc.vertex_count };
+    let count_of = |array: *const f32| if array.is_null() { 0 } else { desc.vertex_count };
+    let (normal_count, coordinate_count) = (count_of(desc.normals), count_of(desc.texture_coordinates));
     // SAFETY: the header asks that the arrays be readable for the counts and strides given.
-    let (positions, normals, triangles) = unsafe {
+    let (positions, normals, texture_coordinates, triangles) = unsafe {
         (
             copy_elements("positions", desc.positions, desc.vertex_count, desc.position_stride)?,
             copy_elements("normals", desc.normals, normal_count, desc.normal_stride)?,
+            copy_elements(
+                "texture_coordinates",
+                desc.texture_coordinates,
+                coordinate_count,
+                desc.texture_coordinate_stride,
+            )?,
             copy_elements("indices", desc.indices, desc.index_count / 3, 0)?,
         )
     };
-    Ok(MeshDescription { name: name.to_owned(), positions, normals, triangles })
+    Ok(MeshDescription { name: name.to_owned(), positions, normals, texture_coordinates, triangles })
 }
 
 fn release(device: &Arc<Device>, mesh: Handle<Mesh>) -> Result<i32, Failure> {

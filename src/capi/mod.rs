@@ -29,4 +29,5 @@ pub mod pixels;
 pub mod pointer;
 pub mod render;
 pub mod scene;
+pub mod texture;
 pub mod write;

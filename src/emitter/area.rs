@@ -1,27 +1,41 @@
 //! Light-emitting meshes.
 
+use super::glow::Glow;
 use super::surface::SurfaceEmission;
 use crate::geometry::{Mesh, SurfacePoint};
 use crate::math::{Discrete, warp};
-use glam::Vec2;
+use glam::{DVec3, Vec2};
 
 /// A mesh, sampled uniformly by area for emission and for next-event estimation alike.
 #[derive(Clone, Debug)]
 pub(super) struct MeshLight {
     pub(super) shape: u32,
     pub(super) emission: SurfaceEmission,
+    /// What the emission is multiplied by.
+    pub(super) glow: Option<Glow>,
+    /// Mean of that over the area, of what a fixed set of points sees.
+    mean: DVec3,
     /// Chooses a triangle by its area; one without area has probability 0.
     triangles: Discrete,
 }
 
 impl MeshLight {
     /// `None` if the mesh has no area.
-    pub(super) fn new(shape: u32, mesh: &Mesh, emission: SurfaceEmission) -> Option<MeshLight> {
+    pub(super) fn new(shape: u32, mesh: &Mesh, emission: SurfaceEmission, glow: Option<Glow>) -> Option<MeshLight> {
         let areas = (0..mesh.triangles.len() as u32).map(|t| {
             let [a, b, c] = mesh.corners(t).map(|p| p.as_dvec3());
             0.5 * (b - a).cross(c - a).length()
         });
-        Some(MeshLight { shape, emission, triangles: Discrete::new(areas)? })
+        let mut light = MeshLight { shape, emission, glow, mean: DVec3::ONE, triangles: Discrete::new(areas)? };
+        if let Some(glow) = &light.glow {
+            light.mean = glow.mean(|u| light.sample_point(mesh, u), mesh);
+        }
+        Some(light)
+    }
+
+    /// W/(m² sr).
+    pub(super) fn mean_radiance(&self) -> DVec3 {
+        self.emission.radiance.as_dvec3() * self.mean
     }
 
     /// Square metres, one side.
@@ -58,7 +72,7 @@ mod tests {
         let n = 3 << 21;
         let emission = SurfaceEmission { radiance: Rgb::ONE, two_sided: false };
         let triangles = Discrete::new((0..n).map(|_| 1.0)).expect("weights");
-        let lamp = MeshLight { shape: 0, emission, triangles };
+        let lamp = MeshLight { shape: 0, emission, glow: None, mean: DVec3::ONE, triangles };
         let steps = |t: usize| ((t as u64 + 1) << 23) / n as u64 - ((t as u64) << 23) / n as u64;
         let draws = 200_000;
         let in_two = (0..draws).filter(|&i| {

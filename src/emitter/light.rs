@@ -1,6 +1,7 @@
 //! One light of any kind: its points, its rays and their densities, given that it was chosen.
 
 use super::area::MeshLight;
+use super::glow::Glow;
 use super::infinite::{DirectionalLight, Environment};
 use super::point::PointLight;
 use super::sphere::SphereLight;
@@ -86,9 +87,9 @@ fn sphere(shapes: &[Shape], i: u32) -> Option<&Sphere> {
 
 impl Light {
     /// The light that a shape is; `None` if it has no area.
-    pub(super) fn of_shape(index: u32, shape: &Shape, emission: SurfaceEmission) -> Option<Light> {
+    pub(super) fn of_shape(index: u32, shape: &Shape, emission: SurfaceEmission, glow: Option<Glow>) -> Option<Light> {
         Some(match shape {
-            Shape::Mesh(mesh) => Light::Mesh(MeshLight::new(index, mesh, emission)?),
+            Shape::Mesh(mesh) => Light::Mesh(MeshLight::new(index, mesh, emission, glow)?),
             Shape::Sphere(sphere) => Light::Sphere(SphereLight::new(index, sphere, emission)),
         })
     }
@@ -111,7 +112,7 @@ impl Light {
     /// Emitted flux, W per channel; of a light at infinity, what passes the scene's disk.
     pub(super) fn power(&self) -> DVec3 {
         match self {
-            Light::Mesh(l) => l.emission.radiance.as_dvec3() * l.emission.flux(l.area()),
+            Light::Mesh(l) => l.mean_radiance() * l.emission.flux(l.area()),
             Light::Sphere(l) => l.emission.radiance.as_dvec3() * l.emission.flux(l.area),
             Light::Point(l) => l.intensity.as_dvec3() * PointLight::FLUX,
             Light::Spot(l) => l.intensity.as_dvec3() * l.flux(),
@@ -156,13 +157,18 @@ impl Light {
 
     /// What leaves `at` along `direction`: radiance, intensity or perpendicular irradiance.
     #[inline]
-    pub(super) fn emitted(&self, at: &Endpoint, direction: Vec3) -> Rgb {
+    pub(super) fn emitted(&self, shapes: &[Shape], at: &Endpoint, direction: Vec3) -> Rgb {
         let radiance = |emission: &SurfaceEmission| match at {
             Endpoint::Surface(s) => emission.radiance(s.ng, direction),
             Endpoint::Point(_) | Endpoint::Infinite(_) => Rgb::ZERO,
         };
         match self {
-            Light::Mesh(l) => radiance(&l.emission),
+            Light::Mesh(l) => match (&l.glow, at) {
+                (Some(glow), Endpoint::Surface(s)) => {
+                    mesh(shapes, l.shape).map_or(Rgb::ZERO, |m| glow.at(m, s)) * radiance(&l.emission)
+                }
+                _ => radiance(&l.emission),
+            },
             Light::Sphere(l) => radiance(&l.emission),
             Light::Point(l) => l.intensity,
             Light::Spot(l) => l.intensity(direction),

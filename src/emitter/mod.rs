@@ -14,6 +14,7 @@
 
 mod area;
 mod choose;
+mod glow;
 mod infinite;
 mod light;
 mod map;
@@ -28,10 +29,11 @@ mod tree;
 use crate::camera::Endpoint;
 use crate::geometry::{Aim, BoundingDisk, Shape, SurfacePoint, Targets};
 use crate::math::Rgb;
-use crate::scene::description::{self, LightKind, Material};
+use crate::scene::description::{self, LightKind, Material, MeshDescription};
 pub use choose::MOST_LIGHTS;
 use choose::{Choice, Power};
 use glam::{DVec3, Vec2, Vec3};
+use glow::Glow;
 use infinite::Environment;
 use light::{EmittedRay, Light, Link};
 pub use map::{EnvironmentMap, EnvironmentMapError};
@@ -105,10 +107,10 @@ pub struct Lights {
 
 impl Lights {
     /// Collects the emissive shapes, the other lights and the environment. `materials[i]` belongs to
-    /// `shapes[i]`; `center` and `radius` bound the scene. What emits nothing is no light.
+    /// `shapes[i]`, with what has its texture coordinates, if it has any; `center` and `radius` bound the scene. What emits nothing is no light.
     pub fn new(
         shapes: &[Shape],
-        materials: &[&Material],
+        materials: &[(&Material, Option<&Arc<MeshDescription>>)],
         lights: &[LightKind],
         environment: &description::Environment,
         center: Vec3,
@@ -127,12 +129,14 @@ impl Lights {
 
         let of_shape = (0u32..)
             .zip(shapes.iter().zip(materials))
-            .map(|(i, (shape, material))| {
+            .map(|(i, (shape, (material, mesh)))| {
                 let emission = SurfaceEmission { radiance: material.emission, two_sided: material.emission_two_sided };
                 if emission.radiance == Rgb::ZERO {
                     None
                 } else {
-                    Light::of_shape(i, shape, emission).and_then(&mut add)
+                    let glow = material.textures.emission.as_ref().zip(*mesh);
+                    let glow = glow.map(|(map, mesh)| Glow { map: map.clone(), mesh: mesh.clone() });
+                    Light::of_shape(i, shape, emission, glow).and_then(&mut add)
                 }
             })
             .collect();
@@ -185,8 +189,8 @@ impl Lights {
     /// What leaves `at` of a light along `direction`: radiance; for a point, intensity; for parallel
     /// light, perpendicular irradiance.
     #[inline]
-    pub fn emitted(&self, light: u32, at: &Endpoint, direction: Vec3) -> Rgb {
-        self.lights[light as usize].emitted(at, direction)
+    pub fn emitted(&self, shapes: &[Shape], light: u32, at: &Endpoint, direction: Vec3) -> Rgb {
+        self.lights[light as usize].emitted(shapes, at, direction)
     }
 
     /// Draws a light vertex for a receiver at `receiver`. `None` where that vertex gives no light.
@@ -198,7 +202,7 @@ impl Lights {
         let link = Link::between(receiver, &at)?;
         let wi = link.direction.as_vec3();
 
-        let emitted = light.emitted(&at, -wi);
+        let emitted = light.emitted(shapes, &at, -wi);
         let densities = self.densities(shapes, index, &at, (-wi, receiver), receiver);
         if emitted == Rgb::ZERO || densities.direct <= 0.0 {
             return None;
@@ -228,7 +232,7 @@ impl Lights {
         let aim = self.aim_of(index);
         let EmittedRay { at, origin, direction } = light.sample_ray(shapes, u_position, u_direction, u_aim, aim)?;
 
-        let emitted = light.emitted(&at, direction);
+        let emitted = light.emitted(shapes, &at, direction);
         let (position, direction_density) = self.emission_densities(index, &at, direction, origin);
         if emitted == Rgb::ZERO || direction_density <= 0.0 {
             return None;
@@ -286,7 +290,7 @@ impl Lights {
         receiver: Vec3,
     ) -> Option<(Rgb, LightDensities)> {
         let at = Endpoint::Surface(*at);
-        let radiance = self.lights[light as usize].emitted(&at, direction);
+        let radiance = self.lights[light as usize].emitted(shapes, &at, direction);
         (radiance != Rgb::ZERO).then(|| (radiance, self.densities(shapes, light, &at, (direction, receiver), receiver)))
     }
 
@@ -295,7 +299,7 @@ impl Lights {
     pub fn escape(&self, origin: Vec3, direction: Vec3) -> Option<(Rgb, LightDensities)> {
         let light = self.environment?;
         let at = Endpoint::Infinite(direction);
-        let radiance = self.lights[light as usize].emitted(&at, -direction);
+        let radiance = self.lights[light as usize].emitted(&[], &at, -direction);
         if radiance == Rgb::ZERO {
             return None;
         }

@@ -2,7 +2,7 @@
 
 use super::surface::{ROUNDOFF, position_error};
 use super::{Ray, SurfacePoint};
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 /// Triangles with optional vertex normals.
 #[derive(Clone, Debug, Default)]
@@ -51,6 +51,22 @@ impl Mesh {
         }
         // An open sheet has a sum as large as its area; a pane of a thousandth of its width has a volume of 4e-4.
         sum.length() <= 1e-4 * area && volume < -1e-6 * area.powf(1.5)
+    }
+
+    /// What stands at the vertices, at a point of a triangle.
+    #[inline]
+    pub fn interpolate(&self, at: &SurfacePoint, values: &[[f32; 2]]) -> Vec2 {
+        let corners = self.triangles[at.primitive as usize];
+        let [p0, p1, p2] = corners.map(|i| self.positions[i as usize].as_dvec3());
+        let (e1, e2, d) = (p1 - p0, p2 - p0, at.p.as_dvec3() - p0);
+        let m = e1.cross(e2);
+        let scale = m.length_squared().recip();
+        // Without an area it is its first corner. Rounding may have put the point outside.
+        let inside = |x: f64, most: f64| if x > 0.0 { x.min(most) } else { 0.0 };
+        let u = inside(d.cross(e2).dot(m) * scale, 1.0);
+        let v = inside(e1.cross(d).dot(m) * scale, 1.0 - u);
+        let [a, b, c] = corners.map(|i| Vec2::from(values[i as usize]).as_dvec2());
+        (a + (b - a) * u + (c - a) * v).as_vec2()
     }
 
     /// The surface at barycentrics `u` (of the second vertex) and `v` (of the third). The caller

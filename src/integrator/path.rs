@@ -75,7 +75,7 @@ pub fn sample(
         if depth == tracer.max_depth {
             break;
         }
-        let bsdf = world.bsdf(hit.shape);
+        let bsdf = world.bsdf(&at);
         if bsdf.connectable() && world.requirements.lights {
             let (u_light, u) = (connect_numbers.next_1d(), connect_numbers.next_2d());
             if let Some(light) = world.lights.sample_direct(&world.shapes, at.p, u_light, u) {

@@ -1,4 +1,4 @@
-//! Numbers without a scene: frames, warps, discrete distributions, the random number stream, a hash.
+//! Numbers without a scene: frames, warps, discrete distributions, the random number stream, a hash, a transfer function.
 
 #[cfg(test)]
 pub(crate) mod chi_square;
@@ -6,6 +6,7 @@ pub mod distribution;
 pub mod frame;
 pub mod hash;
 pub mod sampler;
+pub mod srgb;
 pub mod warp;
 
 pub use distribution::Discrete;

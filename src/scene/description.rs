@@ -3,6 +3,7 @@
 
 pub use crate::emitter::{EnvironmentMap, EnvironmentMapError};
 use crate::math::Rgb;
+pub use crate::texture::{Encoding, Filter, Texture, TextureError, TextureMap, Wrap};
 use glam::{DAffine3, DMat3, DVec3};
 use std::sync::Arc;
 
@@ -80,6 +81,8 @@ pub struct MeshDescription {
     pub positions: Vec<[f32; 3]>,
     /// Vertex normals, one per position, any non-zero length; empty for flat shading.
     pub normals: Vec<[f32; 3]>,
+    /// Texture coordinates, one per position; empty for none.
+    pub texture_coordinates: Vec<[f32; 2]>,
     /// Vertex indices, counter-clockwise seen from the front.
     pub triangles: Vec<[u32; 3]>,
 }
@@ -116,6 +119,8 @@ pub struct Material {
     pub name: String,
     /// How it scatters.
     pub scattering: Scattering,
+    /// What of that varies over meshes with texture coordinates.
+    pub textures: Textures,
     /// Emitted radiance, W/(m² sr).
     pub emission: Rgb,
     /// Whether the back side emits too.
@@ -125,6 +130,21 @@ pub struct Material {
     /// any surface that scatters. 0 to 1; smooth refraction is always crossed.
     pub walked_roughness: f32,
 }
+
+/// Images that a material's numbers are multiplied by.
+#[derive(Clone, Debug, Default)]
+pub struct Textures {
+    /// Of the reflectance, the tint or the base colour. The product is at most 1.
+    pub color: Option<TextureMap>,
+    /// Of the metallic-roughness model where nothing is transmitted: green for roughness, blue for metallic. A surface
+    /// that is rough without it stays so: [`LEAST_TEXTURED_ROUGHNESS`] at least.
+    pub metallic_roughness: Option<TextureMap>,
+    /// Of the emission.
+    pub emission: Option<TextureMap>,
+}
+
+/// A surface is a mirror everywhere or nowhere: whether connections may evaluate it is a property of the material.
+pub const LEAST_TEXTURED_ROUGHNESS: f32 = 0.032;
 
 /// Default of [`Material::walked_roughness`]. At 0.1 walks lower the error of caustics (at equal time, ball
 /// and plate under a lamp of 10 cm) 2.4 times, from 0.4 on they raise it; and what the camera sees of a small

@@ -31,6 +31,21 @@ pub(super) fn fingerprint(d: &Description) -> Fingerprint {
     for i in &d.instances {
         let _ = write!(shapes, "{:?}{:?}", i.geometry, i.transform);
     }
+    let textured = |m: &Material| {
+        let Textures { color, metallic_roughness, emission } = &m.textures;
+        color.is_some() || metallic_roughness.is_some() || emission.is_some()
+    };
+    if d.materials.iter().any(textured) {
+        for mesh in &d.meshes {
+            h.bytes(&(mesh.texture_coordinates.len() as u64).to_le_bytes());
+            for [u, v] in &mesh.texture_coordinates {
+                h.triple([u.to_bits(), v.to_bits(), 0]);
+            }
+        }
+        for m in &d.materials {
+            let _ = write!(h, "{:?}", m.textures);
+        }
+    }
     for m in &d.materials {
         let _ = write!(h, "{:?}{:?}{}{}", m.scattering, m.emission, m.emission_two_sided, m.walked_roughness);
     }
@@ -64,6 +79,7 @@ mod tests {
             positions: vec![[0.0; 3]; 3],
             normals: vec![[0.0; 3]; normals],
             triangles: vec![[0; 3]; triangles],
+            texture_coordinates: vec![],
         };
         let hash = |mesh| fingerprint(&Description { meshes: vec![Arc::new(mesh)], ..Description::default() }).shapes;
         assert_ne!(hash(mesh(3, 1)), hash(mesh(0, 4)));

@@ -90,6 +90,7 @@ pub(super) fn validate(d: &Description) -> Result<(), SceneError> {
         object.color("emission", material.emission, f32::MAX)?;
         object.range("walked_roughness", material.walked_roughness.into(), 0.0, 1.0)?;
         validate_scattering(&object, &material.scattering)?;
+        validate_textures(&object, material)?;
     }
     for (index, instance) in d.instances.iter().enumerate() {
         validate_instance(&Object { kind: "instance", index, name: &instance.name }, instance, d)?;
@@ -155,6 +156,18 @@ fn validate_mesh(object: &Object, mesh: &MeshDescription) -> Result<(), SceneErr
             return object.fail(format!("normals[{i}]"), n, "a finite vector of non-zero length was expected");
         }
     }
+    let coordinates = &mesh.texture_coordinates;
+    if !coordinates.is_empty() && coordinates.len() != count {
+        let expected = format!("none, or one for each of the {count} positions, was expected");
+        return object.fail("texture_coordinates.len()", coordinates.len(), &expected);
+    }
+    for (i, c) in coordinates.iter().enumerate() {
+        for (c, axis) in c.iter().zip(["u", "v"]) {
+            if !c.is_finite() {
+                return object.fail(format!("texture_coordinates[{i}].{axis}"), c, "a finite number was expected");
+            }
+        }
+    }
     for (i, t) in mesh.triangles.iter().enumerate() {
         for (k, &v) in t.iter().enumerate() {
             if v as usize >= count {
@@ -202,6 +215,46 @@ fn validate_scattering(object: &Object, scattering: &Scattering) -> Result<(), S
             object.color("absorption", m.absorption, f32::MAX)
         }
     }
+}
+
+fn validate_textures(object: &Object, material: &Material) -> Result<(), SceneError> {
+    let Textures { color, metallic_roughness, emission } = &material.textures;
+    let product = |field: &str, map: &Option<TextureMap>, factor: f32, most: f32| {
+        let Some(map) = map else { return Ok(()) };
+        if !map.transform.is_finite() {
+            let value = format!("{:?}", map.transform.to_cols_array());
+            return object.fail(format!("{field}.transform"), value, "finite numbers were expected");
+        }
+        let largest = map.texture.largest();
+        if !(factor * largest <= most) {
+            let value = format!("{factor} times an image of up to {largest}");
+            return object.fail(field, value, &format!("a product of at most {} was expected", short(most.into())));
+        }
+        Ok(())
+    };
+    let factor = match &material.scattering {
+        Scattering::Diffuse { reflectance: c }
+        | Scattering::Conductor { reflectance: c, .. }
+        | Scattering::Dielectric { tint: c, .. }
+        | Scattering::ThinDielectric { tint: c, .. } => *c,
+        Scattering::MetallicRoughness(m) => m.base_color,
+    };
+    product("textures.color", color, factor.max_element(), 1.0)?;
+    product("textures.emission", emission, material.emission.max_element(), f32::MAX)?;
+    if metallic_roughness.is_none() {
+        return Ok(());
+    }
+    let Scattering::MetallicRoughness(m) = &material.scattering else {
+        return object.fail(
+            "textures.metallic_roughness",
+            "given",
+            "the metallic-roughness model was expected with it",
+        );
+    };
+    if m.transmission > 0.0 {
+        return object.fail("transmission", m.transmission, "0 was expected beside textures.metallic_roughness");
+    }
+    product("textures.metallic_roughness", metallic_roughness, m.roughness.max(m.metallic), 1.0)
 }
 
 /// Row by row, as the C interface has it.

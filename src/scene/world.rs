@@ -4,14 +4,16 @@ use super::description::{self, Description, Geometry, Medium};
 use super::glass::Glass;
 use super::media::{Boundary, LightMedia, boundary};
 use super::place::{self, bounding_sphere, place, reserve};
+use super::textured::{self, Textured, textured};
 use super::{SceneError, fingerprint, rebase, validate};
 use crate::emitter::{Lights, MOST_LIGHTS};
-use crate::geometry::{Shape, Sphere};
+use crate::geometry::{Shape, Sphere, SurfacePoint};
 use crate::intersect::{self, Backend, BackendError, Intersector};
 use crate::math::Rgb;
 use crate::pool::thread_count;
 use crate::scatter::Bsdf;
 use glam::{DVec3, Vec3};
+use std::borrow::Cow;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -56,8 +58,12 @@ pub struct World {
     pub shapes: Arc<[Shape]>,
     /// Material of each shape.
     pub shape_material: Vec<u32>,
-    /// Compiled materials.
+    /// Compiled materials; of one with textures, all lobes that it has anywhere: see [`World::bsdf`].
     pub bsdfs: Vec<Bsdf>,
+    /// What varies over each shape; empty if nothing does.
+    textured: Vec<Option<Textured>>,
+    /// Bytes of textures.
+    texture_memory: u64,
     /// The media that each material separates, if it refracts.
     pub boundaries: Vec<Option<Boundary>>,
     /// All media; the first is vacuum.
@@ -111,7 +117,7 @@ impl World {
         let description = moved.as_ref().unwrap_or(description);
 
         let mut media = vec![Medium::VACUUM];
-        let bsdfs: Vec<Bsdf> = description.materials.iter().map(|m| Bsdf::new(&m.scattering)).collect();
+        let bsdfs: Vec<Bsdf> = description.materials.iter().map(|m| Bsdf::new(&textured::of_all_points(m))).collect();
         let mut boundaries = reserve(bsdfs.len())?;
         for bsdf in &bsdfs {
             boundaries.push(bsdf.media().map(|(i, o)| boundary(&mut media, i, o)).transpose()?);
@@ -130,10 +136,14 @@ impl World {
             None => place(description, meshes)?.into(),
         };
         let mut warnings = place::warnings(description, &shapes, |material| boundaries[material].is_some());
+        textured::warnings(description, meshes, &mut warnings);
         let bounds = bounding_sphere(&shapes);
 
-        let materials: Vec<&description::Material> =
-            description.instances.iter().map(|i| &description.materials[i.material]).collect();
+        let materials: Vec<_> = description
+            .instances
+            .iter()
+            .map(|i| (&description.materials[i.material], textured::coordinates(i.geometry, meshes)))
+            .collect();
         let kinds: Vec<description::LightKind> = description.lights.iter().map(|l| l.kind).collect();
         let lights = Lights::new(&shapes, &materials, &kinds, &description.environment, bounds.0, bounds.1);
         if lights.len() > MOST_LIGHTS {
@@ -168,6 +178,8 @@ impl World {
             shapes,
             shape_material,
             bsdfs,
+            textured: textured(description, meshes),
+            texture_memory: textured::memory(description.materials.iter().map(|m| &m.textures)),
             boundaries,
             media,
             lights: Arc::new(lights),
@@ -218,13 +230,26 @@ impl World {
                 Shape::Sphere(_) => size_of::<Sphere>(),
             })
             .sum();
-        geometry as u64 + self.intersector.memory() + self.glass.memory() + self.lights.memory()
+        geometry as u64 + self.intersector.memory() + self.glass.memory() + self.lights.memory() + self.texture_memory
     }
 
-    /// The compiled material of a shape.
+    /// The material at a point.
     #[inline]
-    pub fn bsdf(&self, shape: u32) -> &Bsdf {
-        &self.bsdfs[self.shape_material[shape as usize] as usize]
+    pub fn bsdf(&self, at: &SurfacePoint) -> Cow<'_, Bsdf> {
+        match self.textured_bsdf(at, false) {
+            Some(bsdf) => Cow::Owned(bsdf),
+            None => Cow::Borrowed(&self.bsdfs[self.shape_material[at.shape as usize] as usize]),
+        }
+    }
+
+    /// The same of a surface that has textures alone; with the rough refraction that walks lead through, if `walked`.
+    #[inline]
+    pub fn textured_bsdf(&self, at: &SurfacePoint, walked: bool) -> Option<Bsdf> {
+        let textured = self.textured.get(at.shape as usize)?.as_ref()?;
+        match &self.shapes[at.shape as usize] {
+            Shape::Mesh(mesh) => Some(textured.bsdf(mesh, at, walked)),
+            Shape::Sphere(_) => None,
+        }
     }
 }
 

@@ -159,13 +159,20 @@ impl Tracer<'_> {
         let crossings = chain.crossings();
         let (mut from, mut exit) = (*a, a.position());
         let vertices = crossings.iter().zip(chain.vertices());
-        let stops =
-            vertices.map(|(crossing, vertex)| Endpoint::Surface(refractors.surface_point(crossing.interface, vertex)));
-        for to in stops.chain(std::iter::once(*b)) {
-            if !segment(&from, &to).is_some_and(|ray| self.visible(&ray)) {
+        let stops = vertices.map(|(crossing, vertex)| refractors.surface_point(crossing.interface, vertex));
+        let (mut transmittance, mut probability) = (Rgb::splat(chain.transmittance as f32), chain.density);
+        for to in stops.map(Some).chain(std::iter::once(None)) {
+            let stop = to.map_or(*b, Endpoint::Surface);
+            if !segment(&from, &stop).is_some_and(|ray| self.visible(&ray)) {
                 self.walks.occluded += 1;
                 return Err(None);
             }
+            if let Some(at) = &to {
+                let refraction = self.bsdf(at).walked_refraction().ok_or(None)?;
+                transmittance *= refraction.albedo;
+                probability = probability.map(|p| p * f64::from(refraction.probability));
+            }
+            let to = stop;
             (exit, from) = (from.position(), to);
         }
         let reach = a.position().abs().max(b.position().abs()).max_element();
@@ -188,8 +195,8 @@ impl Tracer<'_> {
             weight_etendue,
             kappa: chain.kappa,
             index_ratio,
-            transmittance: Rgb::splat(chain.transmittance as f32),
-            probability: chain.density,
+            transmittance,
+            probability,
             rounding: ((ROUNDING * f64::from(reach) / shortest) as f32).min(MOST_ROUNDED),
             smooth: seen.rough().next().is_none(),
             retried: false,
@@ -198,10 +205,7 @@ impl Tracer<'_> {
             presumed: 1.0,
         };
         for (i, crossing) in crossings.iter().enumerate() {
-            let refraction = self.bsdf(crossing.interface).walked_refraction().ok_or(None)?;
             edge.shapes[i] = crossing.interface;
-            edge.transmittance *= refraction.albedo;
-            edge.probability = edge.probability.map(|p| p * f64::from(refraction.probability));
         }
         if world.requirements.absorption {
             for (length, medium) in chain.lengths().iter().zip(seen.media) {

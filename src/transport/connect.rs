@@ -311,7 +311,7 @@ impl Tracer<'_> {
         attempt: f32,
     ) -> Option<LightVertex> {
         let (world, a) = (self.world, &self.camera_vertices[index]);
-        let emitted = self.lights.emitted(light, &at, chain.last);
+        let emitted = self.lights.emitted(&world.shapes, light, &at, chain.last);
         let scattering = self.evaluate(a, chain.first, TransportMode::Radiance);
         let radiance = emitted * chain.transmittance * chain.index_ratio as f32;
         let value = a.beta * scattering.f * a.cos_s(chain.first) * radiance;

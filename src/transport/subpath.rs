@@ -22,6 +22,7 @@ use crate::scene::World;
 use crate::scene::glass::Glass;
 use crate::scene::media::MediumId;
 use glam::Vec3;
+use std::borrow::Cow;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -133,6 +134,8 @@ pub struct Tracer<'w> {
     pub aim: Option<Aim>,
     /// Compiled materials, as this tracer sees them.
     bsdfs: &'w [Bsdf],
+    /// Whether these are those of [`World::walked`].
+    walked: bool,
     /// What walks lead through.
     pub(super) glass: &'w Glass,
     /// Along the open edge's chain, where it crossed rough surfaces: the normals of the surface and of the
@@ -201,6 +204,7 @@ impl<'w> Tracer<'w> {
             lights: world.lights.clone(),
             aim: None,
             bsdfs: &world.bsdfs,
+            walked: false,
             glass: &world.glass,
             microfacets: [[Vec3::ZERO; 2]; MAX_CHAIN],
             camera_caustics: false,
@@ -222,14 +226,23 @@ impl<'w> Tracer<'w> {
     pub fn connect_through_glass(&mut self) {
         self.caustics = self.world.requirements.caustics;
         if let Some(walked) = &self.world.walked {
-            (self.bsdfs, self.glass) = (&walked.bsdfs, &walked.glass);
+            (self.bsdfs, self.walked, self.glass) = (&walked.bsdfs, true, &walked.glass);
         }
     }
 
-    /// The compiled material of a shape.
+    /// The compiled material of a shape; of one with textures, all lobes that it has anywhere.
     #[inline]
-    pub fn bsdf(&self, shape: u32) -> &'w Bsdf {
+    pub fn material(&self, shape: u32) -> &'w Bsdf {
         &self.bsdfs[self.world.shape_material[shape as usize] as usize]
+    }
+
+    /// The material at a point.
+    #[inline]
+    pub fn bsdf(&self, at: &SurfacePoint) -> Cow<'w, Bsdf> {
+        match self.world.textured_bsdf(at, self.walked) {
+            Some(bsdf) => Cow::Owned(bsdf),
+            None => Cow::Borrowed(self.material(at.shape)),
+        }
     }
 
     /// Walks from the camera through `raster`; fills [`Self::camera_vertices`] and
@@ -363,7 +376,7 @@ impl<'w> Tracer<'w> {
             {
                 self.hit_light(&walk, &mut edge, &mut end, light, &at, wo);
             }
-            let bsdf = self.bsdf(hit.shape);
+            let bsdf = self.bsdf(&at);
             if bsdf.connectable() {
                 let place = Endpoint::Surface(at);
                 let (partial, camera_only, record) =

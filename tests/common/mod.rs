@@ -10,6 +10,7 @@ use caustica::render::{Cancel, Caustics, Integrator, Output, Settings, render};
 use caustica::scene::description::*;
 use caustica::scene::{CommitOptions, World};
 use glam::{DAffine3, DVec3, Vec3};
+use std::sync::Arc;
 
 /// Collects a description.
 #[derive(Default)]
@@ -55,6 +56,7 @@ impl Builder {
         self.0.materials.push(Material {
             name,
             scattering,
+            textures: Textures::default(),
             emission,
             emission_two_sided: false,
             walked_roughness: WALKED_ROUGHNESS,
@@ -78,6 +80,12 @@ impl Builder {
         let positions = [corner, corner + e1, corner + e1 + e2, corner + e2].map(|p| p.to_array()).to_vec();
         let mesh = MeshDescription { positions, triangles: vec![[0, 1, 2], [0, 2, 3]], ..Default::default() };
         self.mesh(mesh, material, DAffine3::IDENTITY);
+    }
+
+    /// Gives the last mesh texture coordinates, by position.
+    pub(crate) fn unwrap(&mut self, at: impl Fn(Vec3) -> [f32; 2]) {
+        let mesh = Arc::make_mut(self.0.meshes.last_mut().expect("a mesh"));
+        mesh.texture_coordinates = mesh.positions.iter().map(|&p| at(p.into())).collect();
     }
 
     /// An axis-aligned box; its front is outside, or inside where `inward`.
@@ -130,7 +138,7 @@ pub(crate) fn grid(n: u32, at: impl Fn(f32, f32) -> (Vec3, Vec3)) -> MeshDescrip
         [[a, d, c], [a, c, b]]
     };
     let triangles = (0..n).flat_map(|j| (0..n).map(move |i| (i, j))).flat_map(cell).collect();
-    MeshDescription { name: "grid".to_owned(), positions, normals, triangles }
+    MeshDescription { name: "grid".to_owned(), positions, normals, texture_coordinates: Vec::new(), triangles }
 }
 
 /// A sphere of triangles with exact vertex normals, from a subdivided icosahedron.
@@ -193,8 +201,15 @@ pub(crate) fn icosphere(radius: f32, subdivisions: u32, smooth: bool) -> MeshDes
         name: "icosphere".to_owned(),
         positions: p.iter().map(|v| (*v * radius).to_array()).collect(),
         normals: if smooth { p.iter().map(|v| v.to_array()).collect() } else { Vec::new() },
+        texture_coordinates: Vec::new(),
         triangles,
     }
+}
+
+/// A square image of these texels.
+pub(crate) fn image(texels: &[Rgb]) -> Option<TextureMap> {
+    let side = texels.len().isqrt();
+    Some(TextureMap::new(Texture::of_floats(side, side, texels.to_vec()).expect("an image").into()))
 }
 
 /// Settings for a small square image, without caustic connections: `caustic.rs` holds those to the plain

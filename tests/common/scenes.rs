@@ -1,7 +1,7 @@
 //! Scenes that put one part of transport after another to work. All fit into a few metres and have
 //! no surfaces that touch at an angle: there an unweighted connection has no finite variance.
 
-use super::{Builder, icosphere};
+use super::{Builder, icosphere, image};
 use caustica::math::Rgb;
 use caustica::scene::description::*;
 use glam::{DAffine3, DMat3, DVec3, Vec3};
@@ -92,7 +92,13 @@ pub fn smooth_normals() -> Builder {
     let positions = vec![[-1.75, 0.0, -1.5], [-1.75, 0.0, 1.5], [1.75, 0.0, 1.5], [1.75, 0.0, -1.5]];
     let normals = vec![[0.5, 1.0, 0.1], [0.5, 1.0, -0.1], [0.4, 1.0, -0.1], [0.4, 1.0, 0.1]];
     let name = "leaning floor".to_owned();
-    let mesh = MeshDescription { name, positions, normals, triangles: vec![[0, 1, 2], [0, 2, 3]] };
+    let mesh = MeshDescription {
+        name,
+        positions,
+        normals,
+        texture_coordinates: Vec::new(),
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+    };
     b.mesh(mesh, floor, DAffine3::IDENTITY);
     let (ball, metal) =
         (b.diffuse(0.8), b.material(Scattering::Conductor { reflectance: Rgb::splat(0.8), roughness: 0.7 }));
@@ -122,7 +128,13 @@ pub fn leaning_slab() -> Builder {
     let name = "leaning face".to_owned();
     let normals = vec![[1.0, 0.6, 0.0]; 4];
     b.mesh(
-        MeshDescription { name, positions, normals, triangles: vec![[0, 1, 2], [0, 2, 3]] },
+        MeshDescription {
+            name,
+            positions,
+            normals,
+            texture_coordinates: Vec::new(),
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+        },
         glass,
         DAffine3::IDENTITY,
     );
@@ -247,6 +259,78 @@ pub fn sky() -> Environment {
     };
     let image = EnvironmentMap::new(16, 8, (0..16 * 8).map(pixel).collect()).expect("an image");
     Environment { radiance: Rgb::splat(0.8), image: Some(Arc::new(image)), rotation: DMat3::from_rotation_y(0.5) }
+}
+
+/// Colours, roughness and metal, a lamp: all by images.
+pub fn textures(b: &mut Builder) {
+    let colors =
+        image(&[Rgb::new(1.0, 0.1, 0.1), Rgb::new(0.0, 0.0, 0.0), Rgb::new(0.2, 0.9, 0.3), Rgb::new(0.3, 0.4, 1.0)]);
+    let roughness_and_metal =
+        image(&[Rgb::new(0.0, 1.0, 0.0), Rgb::new(0.0, 0.6, 1.0), Rgb::new(0.0, 0.9, 1.0), Rgb::new(0.0, 0.0, 0.2)]);
+    let floor = b.diffuse(0.9);
+    b.0.materials[floor].textures.color = colors.clone();
+    b.quad(Vec3::new(-1.75, 0.0, -1.5), Vec3::Z * 3.0, Vec3::X * 3.5, floor);
+    b.unwrap(|p| [p.x * 0.8, p.z]);
+    let shiny = b.material(Scattering::MetallicRoughness(MetallicRoughness {
+        base_color: Rgb::new(0.9, 0.7, 0.5),
+        metallic: 0.8,
+        roughness: 0.6,
+        ior: 1.5,
+        specular: 1.0,
+        specular_color: Rgb::ONE,
+        transmission: 0.0,
+        solid: false,
+        absorption: Rgb::ZERO,
+    }));
+    b.0.materials[shiny].textures =
+        Textures { color: colors.clone(), metallic_roughness: roughness_and_metal, emission: None };
+    b.quad(Vec3::new(-1.5, 0.25, -2.0), Vec3::X * 3.0, Vec3::Y * 1.5, shiny);
+    b.unwrap(|p| [p.x * 0.5, p.y]);
+    let lamp = b.emitter(Scattering::Diffuse { reflectance: Rgb::splat(0.25) }, Rgb::splat(6.0));
+    b.0.materials[lamp].textures.emission = colors;
+    b.quad(Vec3::new(-1.25, 2.5, -1.0), Vec3::X * 2.25, Vec3::Z * 2.0, lamp);
+    b.unwrap(|p| [p.x * 0.4, p.z * 0.5]);
+}
+
+/// That, and a plain ball.
+pub fn textured() -> Builder {
+    let mut b = Builder::default();
+    textures(&mut b);
+    let ball = b.diffuse(0.8);
+    b.sphere(DVec3::new(-0.5, 0.875, 0.0), 0.5, ball);
+    view(&mut b);
+    b
+}
+
+/// Glass that an image colours: a block, and a frosted ball that walks lead through.
+pub fn stained_glass(b: &mut Builder) {
+    let colors =
+        image(&[Rgb::new(1.0, 0.2, 0.1), Rgb::new(0.1, 0.2, 0.9), Rgb::new(0.2, 0.9, 0.3), Rgb::new(1.0, 1.0, 0.3)]);
+    let (block, ball) = (b.glass(1.5, 0.0), b.walked_glass(1.4, 0.3));
+    // Its share of glass, and so the probability of that, varies as well.
+    let milky = b.material(Scattering::MetallicRoughness(MetallicRoughness {
+        base_color: Rgb::splat(0.9),
+        metallic: 0.0,
+        roughness: 0.0,
+        ior: 1.5,
+        specular: 0.0,
+        specular_color: Rgb::ONE,
+        transmission: 0.6,
+        solid: true,
+        absorption: Rgb::ZERO,
+    }));
+    for material in [block, ball, milky] {
+        b.0.materials[material].textures.color = colors.clone();
+    }
+    b.cuboid(Vec3::new(-1.2, 1.1, -0.6), Vec3::new(0.4, 1.3, 0.8), false, block);
+    for i in b.0.meshes.len() - 6..b.0.meshes.len() {
+        let mesh = Arc::make_mut(&mut b.0.meshes[i]);
+        mesh.texture_coordinates = mesh.positions.iter().map(|p| [p[0] * 0.7, p[2] * 0.9]).collect();
+    }
+    b.mesh(icosphere(0.35, 2, true), ball, at(0.9, 0.6, 0.3));
+    b.unwrap(|p| [p.x, p.y]);
+    b.mesh(icosphere(0.3, 2, true), milky, at(0.2, 0.5, 0.9));
+    b.unwrap(|p| [p.x, p.y]);
 }
 
 /// Under that sky: smooth and rough glass, metal, and a lamp.

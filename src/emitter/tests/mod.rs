@@ -9,7 +9,7 @@ mod sampling;
 use super::*;
 use crate::geometry::{Mesh, Sphere};
 use crate::math::{Sampler, Stream};
-use crate::scene::description::{Environment, Scattering};
+use crate::scene::description::{Environment, Scattering, Textures};
 
 pub(super) struct Scene {
     pub(super) shapes: Vec<Shape>,
@@ -20,6 +20,7 @@ fn material(emission: Rgb, emission_two_sided: bool) -> Material {
     Material {
         name: String::new(),
         scattering: Scattering::Diffuse { reflectance: Rgb::ZERO },
+        textures: Textures::default(),
         emission,
         emission_two_sided,
         walked_roughness: 0.0,
@@ -37,8 +38,14 @@ pub(super) fn scene(
 ) -> Scene {
     let materials: Vec<_> = shapes.iter().map(|&(_, emission, two_sided)| material(emission, two_sided)).collect();
     let shapes: Vec<_> = shapes.into_iter().map(|(shape, ..)| shape).collect();
-    let lights =
-        Lights::new(&shapes, &materials.iter().collect::<Vec<_>>(), lights, &environment.into(), CENTER, RADIUS);
+    let lights = Lights::new(
+        &shapes,
+        &materials.iter().map(|m| (m, None)).collect::<Vec<_>>(),
+        lights,
+        &environment.into(),
+        CENTER,
+        RADIUS,
+    );
     Scene { shapes, lights }
 }
 

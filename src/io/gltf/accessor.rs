@@ -46,6 +46,18 @@ impl<'a> Accessor<'a> {
         Self::open(document, buffers, index, from, field, Type::Vec3, &[ComponentType::F32])
     }
 
+    /// Opens an array of texture coordinates: floats, or integers from 0 to 1.
+    pub(super) fn of_coordinates(
+        document: &Document,
+        buffers: &'a Buffers,
+        index: Index<json::Accessor>,
+        from: &Object,
+        field: &str,
+    ) -> Result<Self, GltfError> {
+        let legal = [ComponentType::F32, ComponentType::U8, ComponentType::U16];
+        Self::open(document, buffers, index, from, field, Type::Vec2, &legal)
+    }
+
     /// Opens an array of vertex indices of `from`.
     pub(super) fn of_indices(
         document: &Document,
@@ -116,6 +128,19 @@ impl<'a> Accessor<'a> {
     pub(super) fn vector(&self, i: usize) -> [f32; 3] {
         let Some(bytes) = self.element(i) else { return [0.0; 3] };
         std::array::from_fn(|axis| f32::from_bits(unsigned(&bytes[axis * 4..], ComponentType::U32)))
+    }
+
+    /// Element `i` of an array of texture coordinates.
+    pub(super) fn coordinates(&self, i: usize) -> [f32; 2] {
+        let Some(bytes) = self.element(i) else { return [0.0; 2] };
+        std::array::from_fn(|axis| {
+            let bits = unsigned(&bytes[axis * self.component.size()..], self.component);
+            match self.component {
+                ComponentType::U8 => bits as f32 / 255.0,
+                ComponentType::U16 => bits as f32 / 65535.0,
+                _ => f32::from_bits(bits),
+            }
+        })
     }
 
     /// Element `i` of an array of indices.

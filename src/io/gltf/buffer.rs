@@ -111,7 +111,7 @@ impl<'a> Buffers<'a> {
 }
 
 /// The data of a URI, after `data:`.
-fn decode_data(uri: &str, object: &Object) -> Result<Vec<u8>, GltfError> {
+pub(super) fn decode_data(uri: &str, object: &Object) -> Result<Vec<u8>, GltfError> {
     let Some((kind, data)) = uri.split_once(',') else {
         return Err(object.invalid("uri", format!("data:{uri}"), "expected a comma before the data"));
     };

@@ -7,25 +7,25 @@ use gltf::json::{self, Index, Root};
 use serde_json::Value;
 
 /// Extensions that are rendered.
-const SUPPORTED: [&str; 6] = [
+const SUPPORTED: [&str; 7] = [
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_specular",
     "KHR_materials_transmission",
     "KHR_materials_volume",
+    "KHR_texture_transform",
 ];
 
-/// Extensions of textures, which are left out with them.
-const OF_TEXTURES: [&str; 5] =
-    ["EXT_texture_avif", "EXT_texture_webp", "KHR_texture_basisu", "KHR_texture_transform", "MSFT_texture_dds"];
+/// Formats of images that are not read: a texture has another one, or is left out.
+const OF_TEXTURES: [&str; 4] = ["EXT_texture_avif", "EXT_texture_webp", "KHR_texture_basisu", "MSFT_texture_dds"];
 
 /// Most objects and list items of a document together. Each takes up to a kilobyte when parsed,
 /// and a JSON parser cannot be told to stop when memory is short.
 const MAX_ITEMS: usize = 1 << 23;
 
 /// Properties that are read and of which the typed document keeps the lower 32 bits only.
-const NARROW: [&str; 14] = [
+const NARROW: [&str; 20] = [
     "scene",
     "nodes",
     "children",
@@ -36,6 +36,12 @@ const NARROW: [&str; 14] = [
     "indices",
     "POSITION",
     "NORMAL",
+    "TEXCOORD_0",
+    "TEXCOORD_1",
+    "texCoord",
+    "index",
+    "source",
+    "sampler",
     "bufferView",
     "buffer",
     "mode",
@@ -166,6 +172,7 @@ named! {
     json::Node => "node",
     json::Scene => "scene",
     json::Texture => "texture",
+    json::texture::Sampler => "sampler",
     Light => "light",
 }
 

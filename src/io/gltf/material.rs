@@ -1,22 +1,35 @@
-//! Materials: the metallic-roughness model of \[glTF\] 3.9 and its extensions, factors only.
+//! Materials: the metallic-roughness model of \[glTF\] 3.9 and its extensions.
 
 use super::document::Document;
 use super::error::{GltfError, Object};
 use super::extras::Caustica;
+use super::texture::{self, Images};
 use crate::math::Rgb;
-use crate::scene::description::{Material, Medium, MetallicRoughness, Scattering, WALKED_ROUGHNESS};
+use crate::scene::description::{
+    Encoding, Material, Medium, MetallicRoughness, Scattering, Textures, WALKED_ROUGHNESS,
+};
 use crate::text::shown;
 use gltf::json::material::AlphaMode;
 use gltf::json::texture::{Info, Texture};
 use gltf::json::validation::Checked;
 use gltf::json::{self, Index};
 
+/// A material, and the set of texture coordinates that it needs, if it has textures.
+pub(super) struct Converted {
+    pub(super) material: Material,
+    pub(super) set: Option<u32>,
+}
+
 /// All materials of the file, in its order.
-pub(super) fn convert_all(document: &Document, warnings: &mut Vec<String>) -> Result<Vec<Material>, GltfError> {
-    let mut materials = Vec::with_capacity(document.root.materials.len() + 1);
+pub(super) fn convert_all(
+    document: &Document,
+    images: &mut Images,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<Converted>, GltfError> {
+    let mut materials = Vec::with_capacity(document.root.materials.len());
     for (i, material) in document.root.materials.iter().enumerate() {
         let object = Object { kind: "material", index: Some(i), name: material.name.clone().unwrap_or_default() };
-        materials.push(convert(document, material, &object, warnings)?);
+        materials.push(convert(document, material, &object, images, warnings)?);
     }
     Ok(materials)
 }
@@ -37,6 +50,7 @@ pub(super) fn default_material() -> Material {
     Material {
         name: "default".into(),
         scattering,
+        textures: Textures::default(),
         emission: Rgb::ZERO,
         emission_two_sided: false,
         walked_roughness: WALKED_ROUGHNESS,
@@ -47,8 +61,9 @@ fn convert(
     document: &Document,
     material: &json::Material,
     object: &Object,
+    images: &mut Images,
     warnings: &mut Vec<String>,
-) -> Result<Material, GltfError> {
+) -> Result<Converted, GltfError> {
     let pbr = &material.pbr_metallic_roughness;
     let extensions = material.extensions.clone().unwrap_or_default();
     let specular = extensions.specular.unwrap_or_default();
@@ -78,12 +93,28 @@ fn convert(
     let factor = object.all_finite("emissiveFactor", material.emissive_factor.0)?;
     let emission = object.all_finite("emissiveFactor * emissiveStrength", factor.map(|c| c * strength))?;
 
+    let mut set = None;
+    let mut map = |info: &Option<Info>, encoding, slot: &str, factor: f32| {
+        let Some(info) = info.as_ref().filter(|_| factor > 0.0) else { return Ok(None) };
+        let (wanted, first) = (texture::set(info), *set.get_or_insert(texture::set(info)));
+        if wanted != first {
+            warnings.push(format!("{object}: {slot} is ignored: its texCoord is {wanted}, that of others {first}"));
+            return Ok(None);
+        }
+        images.map(info, encoding, object, slot, warnings)
+    };
+    let color = map(&pbr.base_color_texture, Encoding::Srgb, "baseColorTexture", model.base_color.max_element())?;
+    let opaque = if model.transmission > 0.0 { 0.0 } else { model.metallic.max(model.roughness) };
+    let slot = "metallicRoughnessTexture";
+    let metallic_roughness = map(&pbr.metallic_roughness_texture, Encoding::Linear, slot, opaque)?;
+    let glow = Rgb::from(emission).max_element();
+    let emissive = map(&material.emissive_texture, Encoding::Srgb, "emissiveTexture", glow)?;
+    if model.transmission > 0.0 && pbr.metallic_roughness_texture.is_some() {
+        warnings.push(format!("{object}: {slot} is ignored where light is transmitted"));
+    }
     let textures = [
-        ("baseColorTexture", index(&pbr.base_color_texture)),
-        ("metallicRoughnessTexture", index(&pbr.metallic_roughness_texture)),
         ("normalTexture", material.normal_texture.as_ref().map(|t| t.index)),
         ("occlusionTexture", material.occlusion_texture.as_ref().map(|t| t.index)),
-        ("emissiveTexture", index(&material.emissive_texture)),
         ("transmissionTexture", index(&transmission.transmission_texture)),
         ("thicknessTexture", index(&volume.thickness_texture)),
         ("specularTexture", index(&specular.specular_texture)),
@@ -91,9 +122,7 @@ fn convert(
     ];
     for (slot, texture) in textures {
         if let Some(texture) = texture {
-            let everywhere =
-                if slot == "emissiveTexture" && emission != [0.0; 3] { ", it glows everywhere" } else { "" };
-            warnings.push(format!("{object}: {slot} is ignored{everywhere}: {}", image_name(document, texture)));
+            warnings.push(format!("{object}: {slot} is ignored: {}", image_name(document, texture)));
         }
     }
     match material.alpha_mode {
@@ -105,13 +134,15 @@ fn convert(
         }
     }
 
-    Ok(Material {
+    let material = Material {
         name: object.label(),
         scattering: with_exterior(model, material, object, warnings)?,
+        textures: Textures { color, metallic_roughness, emission: emissive },
         emission: emission.into(),
         emission_two_sided: material.double_sided,
         walked_roughness: WALKED_ROUGHNESS,
-    })
+    };
+    Ok(Converted { material, set })
 }
 
 /// A factor that was meant to be 1 but for a writer's rounding: some tens of steps of f32, far below what can be seen.

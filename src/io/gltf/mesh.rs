@@ -9,6 +9,7 @@ use crate::scene::description::MeshDescription;
 use glam::{DVec3, Vec3};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
+use gltf::json::{self, Index};
 use std::collections::HashMap;
 
 /// Converts primitive `number` of the mesh `object`; `None`, with a warning, if it has no
@@ -18,6 +19,7 @@ pub(super) fn convert(
     buffers: &Buffers,
     primitive: &Primitive,
     number: usize,
+    set: Option<u32>,
     object: &Object,
     budget: &mut Budget,
     warnings: &mut Vec<String>,
@@ -62,6 +64,18 @@ pub(super) fn convert(
         }
         None => None,
     };
+    let field_of_set = field(&format!("attributes.TEXCOORD_{}", set.unwrap_or_default()));
+    let coordinates = match coordinates(primitive, set) {
+        Some(index) => {
+            let coordinates = Accessor::of_coordinates(document, buffers, index, object, &field_of_set)?;
+            if coordinates.count != positions.count {
+                let expected = format!("its POSITION has {}", positions.count);
+                return Err(coordinates.object.invalid("count", coordinates.count, expected));
+            }
+            Some(coordinates)
+        }
+        None => None,
+    };
     let indices = match primitive.indices {
         Some(index) => Some(Accessor::of_indices(document, buffers, index, object)?),
         None => None,
@@ -87,15 +101,7 @@ pub(super) fn convert(
 
     let used = compact(&mut corners, positions.count, object)?;
     let vertex_count = used.as_ref().map_or(positions.count, Vec::len);
-    let gather = |from: &Accessor, budget: &mut Budget| -> Result<Vec<[f32; 3]>, GltfError> {
-        budget.charge(vertex_count, size_of::<[f32; 3]>(), object)?;
-        let mut list = reserve(vertex_count, object)?;
-        match &used {
-            Some(used) => list.extend(used.iter().map(|&i| from.vector(i as usize))),
-            None => list.extend((0..vertex_count).map(|i| from.vector(i))),
-        }
-        Ok(list)
-    };
+    let vertices = Vertices { used: &used, count: vertex_count, object };
 
     if mode == Mode::Triangles && !corners.len().is_multiple_of(3) {
         warn(&format!(
@@ -112,14 +118,57 @@ pub(super) fn convert(
         warn(&format!("primitives[{number}] has no triangle and is skipped"));
         return Ok(None);
     }
-    let positions = gather(&positions, budget)?;
-    let mut normals = normals.map(|normals| gather(&normals, budget)).transpose()?.unwrap_or_default();
+    let positions = vertices.gather(|i| positions.vector(i), budget)?;
+    let mut normals = match normals {
+        Some(normals) => vertices.gather(|i| normals.vector(i), budget)?,
+        None => Vec::new(),
+    };
+    let mut texture_coordinates = match coordinates {
+        Some(coordinates) => vertices.gather(|i| coordinates.coordinates(i), budget)?,
+        None => Vec::new(),
+    };
     let replaced = replace_unusable(&mut normals, &positions, &triangles);
     if replaced > 0 {
         let name = field("attributes.NORMAL");
         warn(&format!("{name}: {replaced} of length 0 or not finite are replaced by those of the faces around"));
     }
-    Ok(Some(MeshDescription { name: format!("{}[{number}]", object.label()), positions, normals, triangles }))
+    let lost = texture_coordinates.iter_mut().filter(|c| !(c[0].is_finite() && c[1].is_finite()));
+    let lost = lost.map(|c| *c = [0.0; 2]).count();
+    if lost > 0 {
+        warn(&format!("{field_of_set}: {lost} not finite are taken as 0"));
+    }
+    Ok(Some(MeshDescription {
+        name: format!("{}[{number}]", object.label()),
+        positions,
+        normals,
+        texture_coordinates,
+        triangles,
+    }))
+}
+
+/// Texture coordinates of a set that are read.
+pub(super) fn coordinates(primitive: &Primitive, set: Option<u32>) -> Option<Index<json::Accessor>> {
+    primitive.attributes.get(&Checked::Valid(Semantic::TexCoords(set?))).copied()
+}
+
+/// The vertices that are read.
+struct Vertices<'a> {
+    /// `None` for all.
+    used: &'a Option<Vec<u32>>,
+    count: usize,
+    object: &'a Object,
+}
+
+impl Vertices<'_> {
+    fn gather<T>(&self, read: impl Fn(usize) -> T, budget: &mut Budget) -> Result<Vec<T>, GltfError> {
+        budget.charge(self.count, size_of::<T>(), self.object)?;
+        let mut list = reserve(self.count, self.object)?;
+        match self.used {
+            Some(used) => list.extend(used.iter().map(|&i| read(i as usize))),
+            None => list.extend((0..self.count).map(read)),
+        }
+        Ok(list)
+    }
 }
 
 /// Leaves out the vertices that no corner names, in which case it returns the others: writers share one vertex buffer

@@ -7,7 +7,7 @@
 //! bits. Everything that comes from the file is therefore looked up and measured here, before use.
 //!
 //! The way of a file: `container` (text and binary chunk) -> `document` (typed JSON, checked
-//! look-ups) -> `buffer` (bytes) -> `accessor` (typed arrays) -> `mesh`, `material` -> `node` (what
+//! look-ups) -> `buffer` (bytes) -> `accessor` (typed arrays) -> `mesh`, `texture`, `material` -> `node` (what
 //! stands where). `budget` bounds what a small file may unfold to; images have a bound of their own, in `io::image`.
 //!
 //! Beyond \[glTF\], `extras.caustica` is read: on a node `{"sphere": {"radius": r}}` puts an
@@ -26,6 +26,7 @@ mod extras;
 mod material;
 mod mesh;
 mod node;
+mod texture;
 
 pub use error::{GltfError, Object};
 
@@ -42,13 +43,13 @@ pub struct Loaded {
     pub warnings: Vec<String>,
 }
 
-/// Reads a `.gltf` or `.glb` file, and the buffers and the image beside it.
+/// Reads a `.gltf` or `.glb` file, and the buffers and the images beside it.
 pub fn load(path: &Path) -> Result<Loaded, GltfError> {
     let bytes = container::read_file(path)?;
     load_slice(&bytes, Some(path.parent().unwrap_or(Path::new(""))))
 }
 
-/// Reads a `.gltf` or `.glb` file in memory; `base` is the folder of its external buffers and image, `None`
+/// Reads a `.gltf` or `.glb` file in memory; `base` is the folder of its external buffers and images, `None`
 /// forbids them.
 pub fn load_slice(bytes: &[u8], base: Option<&Path>) -> Result<Loaded, GltfError> {
     // The checks above are meant to leave no way to panic. Should one be missed, in our code or in
@@ -66,7 +67,8 @@ fn convert(bytes: &[u8], base: Option<&Path>) -> Result<Loaded, GltfError> {
     let document = document::Document::parse(container.json, &mut warnings)?;
     let buffers = buffer::Buffers::load(&document, container.bin, base)?;
     let mut budget = budget::Budget::of_input(bytes.len() + buffers.external_bytes());
-    let materials = material::convert_all(&document, &mut warnings)?;
+    let mut images = texture::Images::new(&document, &buffers, base);
+    let materials = material::convert_all(&document, &mut images, &mut warnings)?;
     let description = node::convert_scene(&document, &buffers, base, materials, &mut budget, &mut warnings)?;
     Ok(Loaded { description, warnings })
 }

@@ -5,11 +5,12 @@ use super::buffer::{Buffers, relative_path};
 use super::document::{Document, Named};
 use super::error::{GltfError, Object};
 use super::extras::Caustica;
-use super::{material, mesh};
+use super::material::{self, Converted};
+use super::mesh;
 use crate::io::image::read_environment;
 use crate::math::Rgb;
 use crate::scene::description::{
-    Camera, Description, Environment, Geometry, Instance, Light, LightKind, Material, MeshDescription, Projection,
+    Camera, Description, Environment, Geometry, Instance, Light, LightKind, MeshDescription, Projection,
 };
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use gltf::json::camera::Type as CameraType;
@@ -33,7 +34,7 @@ pub(super) fn convert_scene(
     document: &Document,
     buffers: &Buffers,
     base: Option<&Path>,
-    materials: Vec<Material>,
+    materials: Vec<Converted>,
     budget: &mut Budget,
     warnings: &mut Vec<String>,
 ) -> Result<Description, GltfError> {
@@ -48,12 +49,15 @@ pub(super) fn convert_scene(
     let environment = environment(&mut extras, &object, base)?;
     extras.finish(warnings);
 
+    let sets = materials.iter().map(|m| m.set).collect();
+    let materials = materials.into_iter().map(|m| m.material).collect();
     let mut walk = Walk {
         document,
         buffers,
         budget,
         warnings,
         description: Description { materials, environment, ..Description::default() },
+        sets,
         meshes: HashMap::new(),
         default_material: None,
     };
@@ -88,6 +92,8 @@ struct Walk<'a> {
     budget: &'a mut Budget,
     warnings: &'a mut Vec<String>,
     description: Description,
+    /// Of texture coordinates, by material.
+    sets: Vec<Option<u32>>,
     /// Mesh of the description by what it is made of; `None` for one without triangles.
     meshes: HashMap<MeshKey, Option<usize>>,
     default_material: Option<usize>,
@@ -100,26 +106,25 @@ enum MeshKey {
         mode: u32,
         positions: usize,
         normals: Option<usize>,
+        coordinates: Option<usize>,
         indices: Option<usize>,
     },
     /// What is not rendered as it stands has warnings of its own.
-    Other {
-        mesh: usize,
-        primitive: usize,
-    },
+    Other { mesh: usize, primitive: usize, set: Option<u32> },
 }
 
 impl MeshKey {
-    fn of(primitive: &Primitive, mesh: Index<json::Mesh>, number: usize) -> MeshKey {
+    fn of(primitive: &Primitive, mesh: Index<json::Mesh>, number: usize, set: Option<u32>) -> MeshKey {
         let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).map(Index::value);
         match (primitive.mode, attribute(Semantic::Positions)) {
             (Checked::Valid(mode), Some(positions)) if primitive.targets.is_none() => MeshKey::Triangles {
                 mode: mode.as_gl_enum(),
                 positions,
                 normals: attribute(Semantic::Normals),
+                coordinates: mesh::coordinates(primitive, set).map(|i| i.value()),
                 indices: primitive.indices.map(|i| i.value()),
             },
-            _ => MeshKey::Other { mesh: mesh.value(), primitive: number },
+            _ => MeshKey::Other { mesh: mesh.value(), primitive: number, set },
         }
     }
 }
@@ -200,11 +205,12 @@ impl<'a> Walk<'a> {
         let mesh = document.get(index, node, "mesh")?;
         let object = document.object(index);
         for (number, primitive) in mesh.primitives.iter().enumerate() {
-            let key = MeshKey::of(primitive, index, number);
+            let set = primitive.material.and_then(|m| *self.sets.get(m.value())?);
+            let key = MeshKey::of(primitive, index, number, set);
             let shape = match self.meshes.get(&key) {
                 Some(&shape) => shape,
                 None => {
-                    let shape = self.convert_primitive(primitive, number, &object)?;
+                    let shape = self.convert_primitive(primitive, number, set, &object)?;
                     let shape = shape.map(|shape| {
                         self.description.meshes.push(shape.into());
                         self.description.meshes.len() - 1
@@ -225,9 +231,10 @@ impl<'a> Walk<'a> {
         &mut self,
         primitive: &Primitive,
         number: usize,
+        set: Option<u32>,
         object: &Object,
     ) -> Result<Option<MeshDescription>, GltfError> {
-        mesh::convert(self.document, self.buffers, primitive, number, object, self.budget, self.warnings)
+        mesh::convert(self.document, self.buffers, primitive, number, set, object, self.budget, self.warnings)
     }
 
     /// A sphere instead of a mesh, which lends its material only.

@@ -23,12 +23,14 @@ mod oiio;
 mod openexr;
 mod picture;
 mod replace;
-mod transfer;
+mod texture;
 
 pub use environment::read_environment;
 pub use error::ImageError;
 pub use metadata::{Metadata, Value};
+pub use texture::{decode_texture, read_texture};
 
+use crate::math::{Rgb, srgb};
 use crate::render::Image;
 use error::Failure;
 use picture::Picture;
@@ -165,9 +167,31 @@ fn load(path: &Path) -> Result<(Format, Vec<u8>), ImageError> {
 }
 
 fn decode(format: Format, bytes: &[u8]) -> Result<Image, Failure> {
-    match format {
-        Format::Exr => openexr::decode(bytes),
-        _ => oiio::decode(format, bytes),
+    if format == Format::Exr {
+        return openexr::decode(bytes);
+    }
+    let stored = oiio::decode(format, bytes)?;
+    let linear = |x: f32| if stored.bits > 0 { srgb::decode(x) } else { x };
+    let mut pixels = room(stored.pixels().len())?;
+    pixels.extend(stored.pixels().map(|c| Rgb::from_array(c.map(linear))));
+    Ok(Image { width: stored.width, height: stored.height, pixels })
+}
+
+/// An image as its file has it, integers from 0 to 1.
+struct Stored {
+    width: u32,
+    height: u32,
+    /// 1 for grey, else 3.
+    channels: u32,
+    /// Of an integer; 0 for floats.
+    bits: u32,
+    samples: Vec<f32>,
+}
+
+impl Stored {
+    fn pixels(&self) -> impl ExactSizeIterator<Item = [f32; 3]> {
+        let channels = self.channels.max(1) as usize;
+        self.samples.chunks_exact(channels).map(|c| if let [r, g, b] = *c { [r, g, b] } else { [c[0]; 3] })
     }
 }
 

@@ -1,8 +1,7 @@
 //! Stands in for the OpenImageIO module in a build without the feature `oiio`.
 
 use super::picture::Picture;
-use super::{Failure, Format, Metadata};
-use crate::render::Image;
+use super::{Failure, Format, Metadata, Stored};
 
 fn absent() -> Failure {
     Failure::Module("this build is without the cargo feature 'oiio'; EXR works without it".to_owned())
@@ -17,6 +16,6 @@ pub(super) fn encode(_: Format, _: &Picture, _: &Metadata) -> Result<Vec<u8>, Fa
     Err(absent())
 }
 
-pub(super) fn decode(_: Format, _: &[u8]) -> Result<Image, Failure> {
+pub(super) fn decode(_: Format, _: &[u8]) -> Result<Stored, Failure> {
     Err(absent())
 }

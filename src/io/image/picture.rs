@@ -1,7 +1,7 @@
 //! An image as a file stores it.
 
-use super::{Failure, Format, WriteOptions, Written, room, transfer};
-use crate::math::Rgb;
+use super::{Failure, Format, WriteOptions, Written, room};
+use crate::math::{Rgb, srgb};
 use crate::render::Image;
 use half::f16;
 
@@ -56,7 +56,7 @@ impl Picture {
             Format::Png | Format::Jpeg => {
                 let scale = options.exposure.exp2();
                 // 0 * inf is NaN: black stays black at any exposure.
-                let expose = |x: f32| if x == 0.0 { 0 } else { transfer::encode(x * scale) };
+                let expose = |x: f32| if x == 0.0 { 0 } else { srgb::encode(x * scale) };
                 Samples::Bytes(collect(image, |p| finite(p).to_array().map(expose))?)
             }
             Format::Exr if options.half => {

@@ -10,9 +10,7 @@ mod module;
 
 use super::metadata::{REC709, SOFTWARE, Value};
 use super::picture::{Picture, Samples};
-use super::{Failure, Format, Metadata, plausible_pixels, room, transfer};
-use crate::math::Rgb;
-use crate::render::Image;
+use super::{Failure, Format, Metadata, Stored, plausible_pixels, room};
 use module::{CAttribute, CHeader, CPicture, Kind, Sample};
 use std::ffi::{CStr, CString, c_char, c_void};
 
@@ -64,8 +62,8 @@ pub(super) fn encode(format: Format, picture: &Picture, metadata: &Metadata) -> 
     Ok(file)
 }
 
-/// The image in the bytes of a file, linear.
-pub(super) fn decode(format: Format, file: &[u8]) -> Result<Image, Failure> {
+/// The image in the bytes of a file, as it is stored there.
+pub(super) fn decode(format: Format, file: &[u8]) -> Result<Stored, Failure> {
     let module = module::get()?;
     let name = c_string(format.name())?;
     let mut decoded = Decoded { file: file.len(), ..Decoded::default() };
@@ -88,14 +86,15 @@ pub(super) fn decode(format: Format, file: &[u8]) -> Result<Image, Failure> {
         return Err(refusal);
     }
     called?;
-    let CHeader { width, height, channels, integer } = decoded.header;
-    let linear = |x: f32| if integer != 0 { transfer::decode(x) } else { x };
-    let mut pixels = room(decoded.samples.len() / channels.max(1) as usize)?;
-    match channels {
-        1 => pixels.extend(decoded.samples.iter().map(|&grey| Rgb::splat(linear(grey)))),
-        _ => pixels.extend(decoded.samples.chunks_exact(3).map(|c| Rgb::new(c[0], c[1], c[2]).map(linear))),
-    }
-    Ok(Image { width: width as u32, height: height as u32, pixels })
+    let CHeader { width, height, channels, bits } = decoded.header;
+    let stored = |n: i32| n.unsigned_abs();
+    Ok(Stored {
+        width: stored(width),
+        height: stored(height),
+        channels: stored(channels),
+        bits: stored(bits),
+        samples: decoded.samples,
+    })
 }
 
 /// What the module fills while it decodes.

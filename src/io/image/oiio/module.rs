@@ -10,7 +10,7 @@ use std::sync::OnceLock;
 
 const NAME: &str = "libcaustica_oiio.so";
 /// Of `shim.cpp`; grows with each change of a signature or a structure.
-const INTERFACE: u32 = 1;
+const INTERFACE: u32 = 2;
 
 /// How samples are stored.
 #[repr(i32)]
@@ -58,8 +58,8 @@ pub(super) struct CHeader {
     pub(super) height: i32,
     /// 1 or 3.
     pub(super) channels: i32,
-    /// Not 0 if the file's samples are integers.
-    pub(super) integer: i32,
+    /// Of an integer sample; 0 where samples are floats.
+    pub(super) bits: i32,
 }
 
 type Sink = extern "C" fn(*mut c_void, *const u8, usize) -> i32;

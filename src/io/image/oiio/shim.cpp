@@ -20,7 +20,7 @@
 
 namespace {
 
-constexpr uint32_t INTERFACE = 1;
+constexpr uint32_t INTERFACE = 2;
 
 enum Sample : int32_t { U8 = 0, HALF = 1, FLOAT = 2 };
 enum Kind : int32_t { TEXT = 0, INT = 1, FLOATS = 2 };
@@ -40,7 +40,7 @@ struct Attribute {
 
 // What a file holds; `channels` is 1 (grey) or 3 (RGB), others are left out.
 struct Header {
-    int32_t width, height, channels, integer;
+    int32_t width, height, channels, bits;
 };
 
 using Sink   = int32_t (*)(void* context, const uint8_t* data, size_t size);
@@ -206,8 +206,9 @@ EXPORT int32_t caustica_oiio_decode(const char* format, const uint8_t* data, siz
         if (!in->open(std::string("memory.") + format, spec, config))
             fail(in->geterror());
         auto base = OIIO::TypeDesc::BASETYPE(spec.format.basetype);
-        Header header { spec.width, spec.height, spec.nchannels < 3 ? 1 : 3,
-                        base != OIIO::TypeDesc::HALF && base != OIIO::TypeDesc::FLOAT && base != OIIO::TypeDesc::DOUBLE };
+        bool real = base == OIIO::TypeDesc::HALF || base == OIIO::TypeDesc::FLOAT || base == OIIO::TypeDesc::DOUBLE;
+        int32_t bits = real ? 0 : int32_t(8 * spec.format.basesize());
+        Header header { spec.width, spec.height, spec.nchannels < 3 ? 1 : 3, bits };
         if (header.width < 1 || header.height < 1 || spec.depth > 1 || spec.nchannels < 1)
             fail("not a flat picture");
         float* room = buffer(context, &header);

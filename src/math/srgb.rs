@@ -1,14 +1,14 @@
 //! The transfer function of sRGB (IEC 61966-2-1).
 
 /// Linear value to 8 bits: clipped to `[0, 1]`, encoded, rounded to nearest.
-pub(super) fn encode(linear: f32) -> u8 {
+pub fn encode(linear: f32) -> u8 {
     let x = f64::from(linear).clamp(0.0, 1.0);
     let encoded = if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
     (encoded * 255.0).round() as u8
 }
 
 /// Encoded value, 1 for the largest code, to linear.
-pub(super) fn decode(encoded: f32) -> f32 {
+pub fn decode(encoded: f32) -> f32 {
     let x = f64::from(encoded);
     let linear = if x <= 0.040_45 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) };
     linear as f32

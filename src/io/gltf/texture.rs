@@ -1,0 +1,139 @@
+//! Textures (\[glTF\] 3.8, `KHR_texture_transform`): images beside the scene, in its buffers and in data URIs.
+
+use super::buffer::{Buffers, decode_data, relative_path};
+use super::container::read_file;
+use super::document::Document;
+use super::error::{GltfError, Object};
+use crate::io::image::decode_texture;
+use crate::scene::description::{Encoding, Filter, Texture, TextureMap, Wrap};
+use crate::text::shown;
+use glam::{Affine2, Mat2, Vec2};
+use gltf::json::extensions::texture::TextureTransform;
+use gltf::json::texture::{self, Info, MagFilter, Sampler, WrappingMode};
+use gltf::json::validation::Checked;
+use gltf::json::{self, Index};
+use std::borrow::Cow;
+use std::collections::HashMap;
+use std::path::Path;
+use std::sync::Arc;
+
+/// The images of a document, each read when it is first used, and once.
+pub(super) struct Images<'a> {
+    document: &'a Document<'a>,
+    buffers: &'a Buffers<'a>,
+    base: Option<&'a Path>,
+    read: HashMap<(usize, bool), Arc<Texture>>,
+}
+
+impl<'a> Images<'a> {
+    /// None read yet.
+    pub(super) fn new(document: &'a Document, buffers: &'a Buffers, base: Option<&'a Path>) -> Images<'a> {
+        Images { document, buffers, base, read: HashMap::new() }
+    }
+
+    /// What `slot` of `from` asks for; `None`, with a warning, for an image that only an extension has.
+    pub(super) fn map(
+        &mut self,
+        info: &Info,
+        encoding: Encoding,
+        from: &Object,
+        slot: &str,
+        warnings: &mut Vec<String>,
+    ) -> Result<Option<TextureMap>, GltfError> {
+        let document = self.document;
+        let texture = document.get(info.index, from, &format!("{slot}.index"))?;
+        let object = document.object(info.index);
+        let only = texture.extensions.as_ref().and_then(|extensions| extensions.others.keys().next());
+        if let Some(extension) = only
+            && document.root.get(texture.source).is_none()
+        {
+            warnings.push(format!("{from}: {slot} is ignored: its image is that of {} alone", shown(extension)));
+            return Ok(None);
+        }
+        let image = document.get(texture.source, &object, "source")?;
+        let key = (texture.source.value(), encoding == Encoding::Srgb);
+        let read = match self.read.get(&key) {
+            Some(texture) => texture.clone(),
+            None => {
+                let texture = Arc::new(self.decode(image, texture.source, encoding)?);
+                self.read.insert(key, texture.clone());
+                texture
+            }
+        };
+        let mut map = TextureMap { transform: transform(info, from, slot)?, ..TextureMap::new(read) };
+        if let Some(index) = texture.sampler {
+            (map.wrap, map.filter) = sampling(document, document.get(index, &object, "sampler")?, index)?;
+        }
+        Ok(Some(map))
+    }
+
+    fn decode(&self, image: &json::Image, index: Index<json::Image>, encoding: Encoding) -> Result<Texture, GltfError> {
+        let object = self.document.object(index);
+        let bytes = match (&image.uri, image.buffer_view) {
+            (Some(uri), _) => match uri.strip_prefix("data:") {
+                Some(data) => Cow::Owned(decode_data(data, &object)?),
+                None => {
+                    let relative = relative_path(uri, "uri", &object)?;
+                    let Some(base) = self.base else {
+                        return Err(object.unsupported("an image beside a scene in memory"));
+                    };
+                    Cow::Owned(read_file(&base.join(relative))?)
+                }
+            },
+            (None, Some(view)) => Cow::Borrowed(self.buffers.view(self.document, view, &object, "bufferView")?.0),
+            (None, None) => return Err(object.invalid("uri", "missing", "expected it or bufferView")),
+        };
+        let (field, name) = match &image.uri {
+            Some(uri) if !uri.starts_with("data:") => ("uri", uri.as_str()),
+            Some(_) => ("uri", "its data"),
+            None => ("bufferView", "its data"),
+        };
+        decode_texture(&bytes, encoding, name).map_err(|source| GltfError::Image {
+            object: Box::new(object),
+            field: field.to_owned(),
+            source,
+        })
+    }
+}
+
+/// The set of texture coordinates that is asked for.
+pub(super) fn set(info: &Info) -> u32 {
+    extension(info).and_then(|t| t.tex_coord).unwrap_or(info.tex_coord)
+}
+
+fn extension(info: &Info) -> Option<&TextureTransform> {
+    info.extensions.as_ref()?.texture_transform.as_ref()
+}
+
+/// Scaled, turned, shifted. Counter-clockwise is seen with v down, as the extension's words and its first example have it; its
+/// GLSL turns the other way.
+fn transform(info: &Info, from: &Object, slot: &str) -> Result<Affine2, GltfError> {
+    let Some(t) = extension(info) else { return Ok(Affine2::IDENTITY) };
+    let field = |name| format!("{slot}.KHR_texture_transform.{name}");
+    let offset = from.all_finite(&field("offset"), t.offset.0)?;
+    let rotation = from.finite(&field("rotation"), t.rotation.0)?;
+    let scale = from.all_finite(&field("scale"), t.scale.0)?;
+    let turned = Mat2::from_angle(-rotation) * Mat2::from_diagonal(Vec2::from(scale));
+    Ok(Affine2::from_mat2_translation(turned, offset.into()))
+}
+
+fn sampling(
+    document: &Document,
+    sampler: &Sampler,
+    index: Index<texture::Sampler>,
+) -> Result<([Wrap; 2], Filter), GltfError> {
+    let wrap = |mode: &Checked<WrappingMode>, field: &str| match mode {
+        Checked::Valid(WrappingMode::Repeat) => Ok(Wrap::Repeat),
+        Checked::Valid(WrappingMode::MirroredRepeat) => Ok(Wrap::Mirror),
+        Checked::Valid(WrappingMode::ClampToEdge) => Ok(Wrap::Clamp),
+        Checked::Invalid => {
+            let value = document.literal(&format!("/samplers/{index}/{field}"));
+            Err(document.object(index).invalid(field, value, "expected 33071, 33648 or 10497"))
+        }
+    };
+    let filter = match sampler.mag_filter {
+        Some(Checked::Valid(MagFilter::Nearest)) => Filter::Nearest,
+        _ => Filter::Linear,
+    };
+    Ok(([wrap(&sampler.wrap_s, "wrapS")?, wrap(&sampler.wrap_t, "wrapT")?], filter))
+}

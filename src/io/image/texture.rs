@@ -1,0 +1,45 @@
+//! Images on surfaces.
+
+use super::error::Failure;
+use super::{Format, ImageError, load, oiio, openexr, room};
+use crate::math::{Rgb, srgb};
+use crate::scene::description::{Encoding, Texture};
+use std::path::Path;
+
+/// Reads an image as [`super::read()`] does, for [`Texture`]; `encoding` says what integer samples mean.
+pub fn read_texture(path: &Path, encoding: Encoding) -> Result<Texture, ImageError> {
+    let (format, bytes) = load(path)?;
+    texture(format, &bytes, encoding).map_err(|failure| failure.at(path))
+}
+
+/// The same of a file in memory, PNG or JPEG by its first bytes; messages call it `name`.
+pub fn decode_texture(bytes: &[u8], encoding: Encoding, name: &str) -> Result<Texture, ImageError> {
+    let decoded = match bytes {
+        [0x89, b'P', b'N', b'G', ..] => texture(Format::Png, bytes, encoding),
+        [0xff, 0xd8, 0xff, ..] => texture(Format::Jpeg, bytes, encoding),
+        _ => Err(Failure::Unsupported("neither PNG nor JPEG, by its first bytes".to_owned())),
+    };
+    decoded.map_err(|failure| failure.at(Path::new(name)))
+}
+
+fn texture(format: Format, bytes: &[u8], encoding: Encoding) -> Result<Texture, Failure> {
+    if format == Format::Exr {
+        let image = openexr::decode(bytes)?;
+        return floats(image.width, image.height, image.pixels);
+    }
+    let stored = oiio::decode(format, bytes)?;
+    if stored.bits == 8 {
+        let mut texels = room(stored.pixels().len())?;
+        texels.extend(stored.pixels().map(|c| c.map(|x| (x * 255.0).round() as u8)));
+        return Texture::of_bytes(stored.width as usize, stored.height as usize, texels, encoding)
+            .map_err(|error| Failure::Unsupported(error.to_string()));
+    }
+    let linear = |x: f32| if stored.bits > 0 && encoding == Encoding::Srgb { srgb::decode(x) } else { x };
+    let mut texels = room(stored.pixels().len())?;
+    texels.extend(stored.pixels().map(|c| Rgb::from_array(c.map(linear))));
+    floats(stored.width, stored.height, texels)
+}
+
+fn floats(width: u32, height: u32, texels: Vec<Rgb>) -> Result<Texture, Failure> {
+    Texture::of_floats(width as usize, height as usize, texels).map_err(|error| Failure::Unsupported(error.to_string()))
+}

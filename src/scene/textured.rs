@@ -1,0 +1,123 @@
+//! Materials that vary over a mesh: compiled anew at each point. What is decided for a whole shape (where walks lead, what
+//! light is aimed from) goes by one compiled material that has the lobes of all its points.
+
+use super::description::{
+    Description, Geometry, LEAST_TEXTURED_ROUGHNESS, Material, MeshDescription, Scattering, TextureMap, Textures,
+};
+use crate::geometry::{Mesh, SurfacePoint};
+use crate::math::Rgb;
+use crate::scatter::Bsdf;
+use crate::text::shown;
+use glam::Vec2;
+use std::collections::HashSet;
+use std::sync::Arc;
+
+/// A material on a mesh with texture coordinates.
+pub(super) struct Textured {
+    material: Arc<Material>,
+    mesh: Arc<MeshDescription>,
+}
+
+impl Textured {
+    /// The material at a point of the `placed` mesh; as walks see it, if `walked`.
+    pub(super) fn bsdf(&self, placed: &Mesh, at: &SurfacePoint, walked: bool) -> Bsdf {
+        let coordinates = placed.interpolate(at, &self.mesh.texture_coordinates);
+        let bsdf = Bsdf::new(&scattering(&self.material, coordinates));
+        match bsdf.walked(self.material.walked_roughness).filter(|_| walked) {
+            Some(walked) => walked,
+            None => bsdf,
+        }
+    }
+}
+
+impl Textures {
+    fn scatter(&self) -> bool {
+        self.color.is_some() || self.metallic_roughness.is_some()
+    }
+
+    fn all(&self) -> impl Iterator<Item = &TextureMap> {
+        [&self.color, &self.metallic_roughness, &self.emission].into_iter().flatten()
+    }
+}
+
+/// The textured material of each instance that has one; none at all if no instance does.
+pub(super) fn textured(d: &Description, meshes: &[Arc<MeshDescription>]) -> Vec<Option<Textured>> {
+    let materials: Vec<Option<Arc<Material>>> =
+        d.materials.iter().map(|m| m.textures.scatter().then(|| Arc::new(m.clone()))).collect();
+    if materials.iter().all(Option::is_none) {
+        return Vec::new();
+    }
+    let of_instance = d.instances.iter().map(|instance| {
+        let material = materials[instance.material].as_ref()?;
+        let mesh = coordinates(instance.geometry, meshes)?;
+        Some(Textured { material: material.clone(), mesh: mesh.clone() })
+    });
+    let all: Vec<_> = of_instance.collect();
+    if all.iter().all(Option::is_none) { Vec::new() } else { all }
+}
+
+/// The mesh, if it has texture coordinates.
+pub(super) fn coordinates(geometry: Geometry, meshes: &[Arc<MeshDescription>]) -> Option<&Arc<MeshDescription>> {
+    match geometry {
+        Geometry::Mesh(mesh) => Some(&meshes[mesh]).filter(|mesh| !mesh.texture_coordinates.is_empty()),
+        Geometry::Sphere { .. } => None,
+    }
+}
+
+/// Textures that nothing tells the place of; once for each material.
+pub(super) fn warnings(d: &Description, meshes: &[Arc<MeshDescription>], warnings: &mut Vec<String>) {
+    let mut seen = HashSet::new();
+    for (index, instance) in d.instances.iter().enumerate() {
+        let material = &d.materials[instance.material];
+        let lost = material.textures.all().next().is_some() && coordinates(instance.geometry, meshes).is_none();
+        if lost && seen.insert(instance.material) {
+            let (name, material) = (shown(&instance.name), shown(&material.name));
+            warnings.push(format!(
+                "instance {index} '{name}' has no texture coordinates: the textures of its material '{material}' are left out"
+            ));
+        }
+    }
+}
+
+/// Bytes of all textures, each counted once.
+pub(super) fn memory<'a>(materials: impl Iterator<Item = &'a Textures>) -> u64 {
+    let mut seen = HashSet::new();
+    let maps = materials.flat_map(Textures::all);
+    maps.filter(|map| seen.insert(Arc::as_ptr(&map.texture))).map(|map| map.texture.memory()).sum()
+}
+
+/// The material at texture coordinates.
+fn scattering(material: &Material, coordinates: Vec2) -> Scattering {
+    let Textures { color, metallic_roughness, .. } = &material.textures;
+    let mut scattering = material.scattering;
+    if let Some(map) = color {
+        let value = map.at(coordinates);
+        // The largest texel keeps the product within 1 but for rounding.
+        let tinted = |c: Rgb| (c * value).min(Rgb::ONE);
+        match &mut scattering {
+            Scattering::Diffuse { reflectance: c }
+            | Scattering::Conductor { reflectance: c, .. }
+            | Scattering::Dielectric { tint: c, .. }
+            | Scattering::ThinDielectric { tint: c, .. } => *c = tinted(*c),
+            Scattering::MetallicRoughness(m) => m.base_color = tinted(m.base_color),
+        }
+    }
+    if let (Some(map), Scattering::MetallicRoughness(m)) = (metallic_roughness, &mut scattering) {
+        let value = map.at(coordinates);
+        m.roughness = (m.roughness * value.y).max(m.roughness.min(LEAST_TEXTURED_ROUGHNESS)).min(1.0);
+        m.metallic = (m.metallic * value.z).min(1.0);
+    }
+    scattering
+}
+
+/// A material with all the lobes that one has anywhere.
+pub(super) fn of_all_points(material: &Material) -> Scattering {
+    let mut scattering = material.scattering;
+    if let Scattering::MetallicRoughness(m) = &mut scattering
+        && material.textures.metallic_roughness.is_some()
+        && m.metallic > 0.0
+    {
+        m.metallic = 0.5;
+    }
+    scattering
+}
