@@ -82,7 +82,7 @@ struct Bound {
 // SAFETY: `repr(C)`, `u32` first, numbers and pointers only.
 unsafe impl Sized32 for MaterialDesc {
     const NAME: &'static str = "caustica_material_desc";
-    const FIRST_SIZE: usize = 112;
+    const FIRST_SIZE: usize = 160;
 }
 
 /// A material; lives as long as the host or an instance refers to it.

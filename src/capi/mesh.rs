@@ -41,7 +41,7 @@ pub struct MeshDesc {
 // SAFETY: `repr(C)`, `u32` first, integers and pointers only.
 unsafe impl Sized32 for MeshDesc {
     const NAME: &'static str = "caustica_mesh_desc";
-    const FIRST_SIZE: usize = 72;
+    const FIRST_SIZE: usize = 88;
 }
 
 /// A mesh; lives as long as the host or an instance refers to it.

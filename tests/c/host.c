@@ -457,6 +457,107 @@ static void surroundings(uint64_t before) {
     TRUE(render_hash(&render) == before);
 }
 
+/* Textures: texels with any stride, as a file, changed, transformed; kept by what has them. */
+static void textures(uint64_t before) {
+    static const uint8_t colors[4][4] = {{200, 10, 20, 0}, {30, 220, 40, 7}, {50, 60, 240, 9}, {255, 255, 255, 1}};
+    static const uint8_t white[3] = {255, 255, 255};
+    static const float positions[] = {-1, -1, 1.5f, 1, -1, 1.5f, 1, 1, 1.5f, -1, 1, 1.5f};
+    static const float coordinates[] = {0, 1, 9, 1, 1, 9, 1, 0, 9, 0, 0, 9}; /* u, v and something else */
+    static const uint32_t indices[] = {0, 1, 2, 0, 2, 3};
+    caustica_render_desc render = request(4);
+    caustica_texture_desc desc;
+    caustica_mesh_desc quad;
+    caustica_material_desc material;
+    caustica_texture texture;
+    caustica_material painted;
+    caustica_mesh mesh;
+    caustica_instance shown;
+    caustica_render_job job;
+    uint64_t plain, h;
+    int told;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = sizeof desc;
+    desc.format = CAUSTICA_TEXELS_SRGB8;
+    desc.width = desc.height = 2;
+    desc.texels = colors;
+    desc.texel_stride = 4;
+    desc.filter = CAUSTICA_FILTER_NEAREST;
+    OK(caustica_texture_create(device, &desc, &texture));
+    memset(&quad, 0, sizeof quad);
+    quad.struct_size = sizeof quad;
+    quad.positions = positions;
+    quad.vertex_count = 4;
+    quad.indices = indices;
+    quad.index_count = 6;
+    quad.texture_coordinates = coordinates;
+    quad.texture_coordinate_stride = 12;
+    OK(caustica_mesh_create(device, &quad, &mesh));
+    material.struct_size = sizeof material;
+    OK(caustica_material_desc_init(&material, CAUSTICA_MATERIAL_DIFFUSE));
+    TRUE(material.color_texture.id == 0);
+    OK(caustica_material_create(device, &material, &painted));
+    OK(caustica_scene_add_mesh(device, scene, mesh, painted, NULL, "painting", &shown));
+    OK(caustica_scene_commit(device, scene, NULL));
+    plain = render_hash(&render);
+    TRUE(plain != before);
+
+    material.color_texture = texture;
+    OK(caustica_material_set(device, painted, &material));
+    OK(caustica_scene_commit(device, scene, NULL));
+    h = render_hash(&render);
+    TRUE(h != plain);
+    material.texture_transform[0] = -1; /* mirrored, to the other texels */
+    material.texture_transform[4] = 1;
+    OK(caustica_material_set(device, painted, &material));
+    OK(caustica_scene_commit(device, scene, NULL));
+    TRUE(render_hash(&render) != h);
+    memset(material.texture_transform, 0, sizeof material.texture_transform);
+    OK(caustica_material_set(device, painted, &material));
+    OK(caustica_scene_commit(device, scene, NULL));
+    TRUE(render_hash(&render) == h);
+
+    /* White is what it is without a texture. The material keeps the texture. */
+    desc.width = desc.height = 1;
+    desc.texels = white;
+    desc.texel_stride = 0;
+    OK(caustica_texture_set(device, texture, &desc));
+    TRUE(render_hash(&render) == h); /* not committed */
+    OK(caustica_texture_release(device, texture));
+    OK(caustica_scene_commit(device, scene, NULL));
+    TRUE(render_hash(&render) == plain);
+
+    /* A file. */
+    OK(caustica_render(device, &render, &job));
+    OK(caustica_render_write(device, job, "painting.exr"));
+    OK(caustica_render_release(device, job));
+    desc.texels = NULL;
+    desc.width = desc.height = 0;
+    desc.path = "painting.exr";
+    OK(caustica_texture_create(device, &desc, &texture));
+    material.color_texture.id = 0;
+    material.emission_texture = texture;
+    for (int c = 0; c < 3; ++c) material.emission[c] = 2;
+    OK(caustica_material_set(device, painted, &material));
+    OK(caustica_scene_commit(device, scene, NULL));
+    TRUE(render_hash(&render) != plain);
+
+    /* Without coordinates it is told, once. */
+    quad.texture_coordinates = NULL;
+    OK(caustica_mesh_set(device, mesh, &quad));
+    told = messages[CAUSTICA_SEVERITY_WARNING];
+    OK(caustica_scene_commit(device, scene, NULL));
+    OK(caustica_scene_commit(device, scene, NULL));
+    TRUE(messages[CAUSTICA_SEVERITY_WARNING] == told + 1);
+    TRUE(strstr(last_message, "has no texture coordinates") != NULL);
+
+    OK(caustica_texture_release(device, texture));
+    OK(caustica_instance_remove(device, shown));
+    OK(caustica_material_release(device, painted));
+    OK(caustica_mesh_release(device, mesh));
+    OK(caustica_scene_commit(device, scene, NULL));
+    TRUE(render_hash(&render) == before);
+}
+
 /* What renders cannot find is told at the commit. */
 static void limits(void) {
     caustica_light_desc desc;
@@ -595,6 +696,7 @@ int main(void) {
     cameras(h);
     deformed();
     surroundings(h);
+    textures(h);
     limits();
     forked();
     concurrent();

@@ -65,7 +65,7 @@ static caustica_device* device;
 static caustica_device* wrong_devices[5];
 
 /* Living, released and foreign handles by kind of object. */
-static uint64_t living[9], stale[9], foreign[9];
+static uint64_t living[10], stale[10], foreign[10];
 
 static uint64_t wrong_id(size_t i, int kind) {
     switch (i) {
@@ -77,7 +77,7 @@ static uint64_t wrong_id(size_t i, int kind) {
     case 5: return living[kind] + 1;          /* another slot */
     case 6: return living[kind] ^ 1ull << 24; /* another generation */
     case 7: return living[kind] ^ 1ull << 63; /* another device */
-    default: return living[1 + (kind + (int)i) % 8]; /* two other kinds */
+    default: return living[1 + (kind + (int)i - 8) % 9]; /* two other kinds */
     }
 }
 
@@ -93,6 +93,19 @@ static caustica_mesh_desc mesh_desc(void) {
     desc.indices = triangle;
     desc.index_count = 3;
     desc.name = "triangle";
+    return desc;
+}
+
+static const uint8_t texel[] = {10, 20, 30};
+
+static caustica_texture_desc texture_desc(void) {
+    caustica_texture_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = sizeof desc;
+    desc.format = CAUSTICA_TEXELS_SRGB8;
+    desc.name = "texel";
+    desc.width = desc.height = 1;
+    desc.texels = texel;
     return desc;
 }
 
@@ -123,11 +136,13 @@ static caustica_camera_desc camera_desc(void) {
 }
 
 /* One object of each kind; `ids` by kind. */
-static void make_all(caustica_device* d, uint64_t ids[9]) {
+static void make_all(caustica_device* d, uint64_t ids[10]) {
+    caustica_texture_desc td = texture_desc();
     caustica_mesh_desc md = mesh_desc();
     caustica_material_desc matd = material_desc();
     caustica_light_desc ld = light_desc();
     caustica_camera_desc cd = camera_desc();
+    caustica_texture texture;
     caustica_mesh mesh;
     caustica_material material;
     caustica_instance instance;
@@ -138,6 +153,7 @@ static void make_all(caustica_device* d, uint64_t ids[9]) {
     memset(&rd, 0, sizeof rd);
     rd.struct_size = sizeof rd;
     rd.width = rd.height = rd.samples = 2;
+    EXPECT(CAUSTICA_OK, caustica_texture_create(d, &td, &texture));
     EXPECT(CAUSTICA_OK, caustica_mesh_create(d, &md, &mesh));
     EXPECT(CAUSTICA_OK, caustica_material_create(d, &matd, &material));
     EXPECT(CAUSTICA_OK, caustica_scene_create(d, &rd.scene));
@@ -155,13 +171,15 @@ static void make_all(caustica_device* d, uint64_t ids[9]) {
     ids[CAUSTICA_OBJECT_LIGHT] = light.id;
     ids[CAUSTICA_OBJECT_CAMERA] = camera.id;
     ids[CAUSTICA_OBJECT_RENDER] = render.id;
+    ids[CAUSTICA_OBJECT_TEXTURE] = texture.id;
 }
 
-static void release_all(caustica_device* d, const uint64_t ids[9]) {
+static void release_all(caustica_device* d, const uint64_t ids[10]) {
     const caustica_instance instance = {ids[CAUSTICA_OBJECT_INSTANCE]};
     const caustica_light light = {ids[CAUSTICA_OBJECT_LIGHT]};
     const caustica_camera camera = {ids[CAUSTICA_OBJECT_CAMERA]};
     const caustica_scene scene = {ids[CAUSTICA_OBJECT_SCENE]};
+    const caustica_texture texture = {ids[CAUSTICA_OBJECT_TEXTURE]};
     const caustica_mesh mesh = {ids[CAUSTICA_OBJECT_MESH]};
     const caustica_material material = {ids[CAUSTICA_OBJECT_MATERIAL]};
     const caustica_render_job render = {ids[CAUSTICA_OBJECT_RENDER]};
@@ -174,6 +192,7 @@ static void release_all(caustica_device* d, const uint64_t ids[9]) {
         EXPECT(code, caustica_scene_release(d, scene));
         EXPECT(code, caustica_mesh_release(d, mesh));
         EXPECT(code, caustica_material_release(d, material));
+        EXPECT(code, caustica_texture_release(d, texture));
     }
 }
 
@@ -247,6 +266,10 @@ static void mesh_calls(void) {
     desc.normals = corners;
     WITH(desc.normal_stride, 4, INVALID, caustica_mesh_create(device, &desc, &mesh));
     desc.normals = NULL;
+    desc.texture_coordinates = corners;
+    WITH(desc.texture_coordinate_stride, 7, INVALID, caustica_mesh_create(device, &desc, &mesh));
+    WITH(desc.texture_coordinate_stride, UINT64_MAX, CAUSTICA_ERROR_LIMIT, caustica_mesh_create(device, &desc, &mesh));
+    desc.texture_coordinates = NULL;
     WITH(desc.name, "\xff", INVALID, caustica_mesh_create(device, &desc, &mesh));
     memset(name, 'n', sizeof name);
     name[sizeof name - 1] = 0;
@@ -266,6 +289,51 @@ static void mesh_calls(void) {
     EXPECT(CAUSTICA_OK, caustica_mesh_release(device, mesh));
     DEVICES(caustica_mesh_release(d, mesh));
     HANDLES(mesh, CAUSTICA_OBJECT_MESH, caustica_mesh_release(device, h));
+}
+
+static void texture_calls(void) {
+    caustica_texture_desc desc = texture_desc();
+    caustica_texture texture = {0};
+    const caustica_texture own = {living[CAUSTICA_OBJECT_TEXTURE]};
+    const float floats[3] = {1, NAN, 1}, negative[3] = {1, 1, -1};
+    caustica_detail detail;
+    detail.struct_size = sizeof detail;
+
+    DEVICES(caustica_texture_create(d, &desc, &texture));
+    EXPECT(INVALID, caustica_texture_create(device, NULL, &texture));
+    EXPECT(INVALID, caustica_texture_create(device, &desc, NULL));
+    SIZES(desc, caustica_texture_create(device, &desc, &texture));
+    WITH(desc.reserved, 1, INVALID, caustica_texture_create(device, &desc, &texture));
+    WITH(desc.format, 0, INVALID, caustica_texture_create(device, &desc, &texture));
+    WITH(desc.format, 4, INVALID, caustica_texture_create(device, &desc, &texture));
+    WITH(desc.width, 0, INVALID, caustica_texture_create(device, &desc, &texture));
+    WITH(desc.height, 65537, INVALID, caustica_texture_create(device, &desc, &texture));
+    WITH(desc.texels, NULL, INVALID, caustica_texture_create(device, &desc, &texture));
+    WITH(desc.texel_stride, 2, INVALID, caustica_texture_create(device, &desc, &texture));
+    WITH(desc.texel_stride, UINT64_MAX, CAUSTICA_ERROR_LIMIT, caustica_texture_create(device, &desc, &texture));
+    WITH(desc.wrap_u, 3, INVALID, caustica_texture_create(device, &desc, &texture));
+    WITH(desc.wrap_v, UINT32_MAX, INVALID, caustica_texture_create(device, &desc, &texture));
+    WITH(desc.filter, 2, INVALID, caustica_texture_create(device, &desc, &texture));
+    WITH(desc.path, "beside.exr", INVALID, caustica_texture_create(device, &desc, &texture));
+    desc.format = CAUSTICA_TEXELS_FLOAT;
+    WITH(desc.texels, negative, INVALID, caustica_texture_create(device, &desc, &texture));
+    WITH(desc.texels, floats, INVALID, caustica_texture_create(device, &desc, &texture));
+    EXPECT(CAUSTICA_OK, caustica_last_error(device, &detail));
+    TRUE(strcmp(detail.parameter, "texels") == 0 && detail.index == 0 && strcmp(detail.object_name, "texel") == 0);
+    desc.texels = NULL;
+    WITH(desc.path, "\xc3", INVALID, caustica_texture_create(device, &desc, &texture));
+    WITH(desc.path, "no such file.exr", CAUSTICA_ERROR_IO, caustica_texture_create(device, &desc, &texture));
+    WITH(desc.path, "texture.xyz", CAUSTICA_ERROR_UNSUPPORTED, caustica_texture_create(device, &desc, &texture));
+    TRUE(texture.id == 0);
+
+    desc = texture_desc();
+    DEVICES(caustica_texture_set(d, own, &desc));
+    HANDLES(texture, CAUSTICA_OBJECT_TEXTURE, caustica_texture_set(device, h, &desc));
+    EXPECT(INVALID, caustica_texture_set(device, own, NULL));
+    SIZES(desc, caustica_texture_set(device, own, &desc));
+    WITH(desc.width, 0, INVALID, caustica_texture_set(device, own, &desc));
+    DEVICES(caustica_texture_release(d, own));
+    HANDLES(texture, CAUSTICA_OBJECT_TEXTURE, caustica_texture_release(device, h));
 }
 
 static void material_calls(void) {
@@ -290,6 +358,13 @@ static void material_calls(void) {
     WITH(desc.model, 6, INVALID, caustica_material_set(device, own, &desc));
     WITH(desc.solid, 2, INVALID, caustica_material_create(device, &desc, &material));
     WITH(desc.emission_two_sided, UINT32_MAX, INVALID, caustica_material_create(device, &desc, &material));
+    WITH(desc.texture_transform[4], INFINITY, INVALID, caustica_material_create(device, &desc, &material));
+    WITH(desc.color_texture.id, stale[CAUSTICA_OBJECT_TEXTURE], CAUSTICA_ERROR_INVALID_HANDLE,
+         caustica_material_create(device, &desc, &material));
+    WITH(desc.metallic_roughness_texture.id, foreign[CAUSTICA_OBJECT_TEXTURE], CAUSTICA_ERROR_INVALID_HANDLE,
+         caustica_material_create(device, &desc, &material));
+    WITH(desc.emission_texture.id, living[CAUSTICA_OBJECT_MESH], CAUSTICA_ERROR_INVALID_HANDLE,
+         caustica_material_set(device, own, &desc));
     TRUE(material.id == 0);
 }
 
@@ -641,6 +716,7 @@ int main(void) {
 
     device_calls();
     mesh_calls();
+    texture_calls();
     material_calls();
     scene_calls();
     light_and_camera_calls();

@@ -35,8 +35,7 @@ fn rich() -> Builder {
         "materials",
         json!({
             "name": "glass", "alphaMode": "BLEND", "doubleSided": true, "emissiveFactor": [1, 0.5, 0.25],
-            "pbrMetallicRoughness": {"baseColorFactor": [1, 0.5, 0.25, 1], "metallicFactor": 0, "roughnessFactor": 0.5,
-                "baseColorTexture": {"index": 0}},
+            "pbrMetallicRoughness": {"baseColorFactor": [1, 0.5, 0.25, 1], "metallicFactor": 0, "roughnessFactor": 0.5},
             "extensions": {
                 "KHR_materials_ior": {"ior": 1.33},
                 "KHR_materials_emissive_strength": {"emissiveStrength": 3},
@@ -48,14 +47,24 @@ fn rich() -> Builder {
             "extras": {"caustica": {"exterior_ior": 1.5, "exterior_absorption": [0, 1, 2]}},
         }),
     );
-    builder.json["images"] = json!([{"uri": "a.png"}]);
-    builder.json["textures"] = json!([{"source": 0}]);
     builder.mesh(json!([
         {"attributes": {"POSITION": positions, "NORMAL": normals}, "indices": bytes, "mode": 5, "material": 0},
         {"attributes": {"POSITION": moved}, "indices": shorts, "mode": 6},
         {"attributes": {"POSITION": zeros, "COLOR_0": 0}, "indices": words, "targets": [{"POSITION": 0}]},
         {"attributes": {"POSITION": strided}, "mode": 4},
     ]));
+    #[cfg(feature = "oiio")]
+    {
+        builder.json["images"] = json!([crate::textures::data(crate::textures::FOUR)]);
+        builder.json["samplers"] = json!([{"wrapS": 33071, "wrapT": 33648, "magFilter": 9728}]);
+        builder.json["textures"] = json!([{"source": 0, "sampler": 0}]);
+        builder.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = json!({"index": 0, "texCoord": 0,
+            "extensions": {"KHR_texture_transform": {"offset": [0.5, 1], "rotation": 1, "scale": [2, 3]}}});
+        let view = builder.view(&[0u8, 1, 2, 3, 4, 5]);
+        let coordinates = json!({"bufferView": view, "componentType": 5121, "type": "VEC2", "count": 3});
+        let coordinates = builder.push("accessors", coordinates);
+        builder.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = json!(coordinates);
+    }
     builder.push("cameras", json!({"type": "perspective", "perspective": {"yfov": 0.8, "znear": 0.1}}));
     builder.push(
         "cameras",

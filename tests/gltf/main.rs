@@ -9,3 +9,5 @@ mod damage;
 mod geometry;
 mod materials;
 mod nodes;
+#[cfg(feature = "oiio")]
+mod textures;
