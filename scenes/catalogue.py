@@ -3,7 +3,8 @@
 from dataclasses import replace
 from math import acos, atan2, cos, exp, pi, sin, sqrt
 
-from model import Camera, Diffuse, Glass, Image, Object, PointLight, Scene, Sphere, SpotLight, Vec3
+from model import (Camera, Diffuse, Glass, Image, Object, PointLight, Scene, Sphere, SpotLight, Texture,
+                   Vec3)
 from shapes import (add, arc, box, cross, disk, dot, hemisphere, icosphere, join, lathe, line,
                     liquid, lumps, normalize, part, rectangle, relief, scale, sphere, square, sub,
                     tube, turned_box, waved_grid)
@@ -442,6 +443,63 @@ def water_glass_sky() -> Scene:
                    environment=(1.0, 1.0, 1.0), sky=sky_image(128, 64), turn=20.0)
 
 
+def tiles() -> Texture:
+    """Two by two tiles of two colours, with joints, each a little uneven."""
+    colors, joint = [(196, 176, 150), (122, 132, 140)], (86, 80, 76)
+
+    def texel(x: int, y: int) -> tuple[int, int, int]:
+        if x % 16 == 0 or y % 16 == 0:
+            return joint
+        color = colors[(x // 16 + y // 16) % 2]
+        grain = (x * 7 + y * 13 + x * y * 5) % 11 - 5
+        return tuple(c + grain for c in color)
+
+    return Texture("tiles", tuple(tuple(texel(x, y) for x in range(32)) for y in range(32)))
+
+
+def rose() -> Texture:
+    """A rose window: petals around a disk, in a frame of panes, with lead between them."""
+    lead = (4, 4, 4)
+    petals = [(225, 40, 45), (250, 190, 40), (40, 110, 225), (70, 190, 95), (190, 70, 200), (250, 120, 40)]
+    panes = [(170, 205, 240), (240, 235, 200), (185, 225, 195)]
+    side = 64
+
+    def texel(column: int, row: int) -> tuple[int, int, int]:
+        x, y = (2 * column + 1) / side - 1, (2 * row + 1) / side - 1
+        radius, turn = (x * x + y * y) ** 0.5, atan2(y, x) / (2 * pi) % 1.0
+        if max(abs(x), abs(y)) > 0.95:
+            return lead
+        if radius < 0.24:
+            return lead if radius > 0.2 else (255, 235, 160)
+        if radius < 0.88:
+            sector = turn * 12
+            near = abs(sector - round(sector)) * radius * 2 * pi / 12
+            return lead if near < 0.02 or radius > 0.82 or abs(radius - 0.52) < 0.02 else \
+                petals[(int(sector) + (3 if radius > 0.52 else 0)) % 6]
+        if abs(abs(x) - abs(y)) < 0.04:
+            return lead
+        return panes[(int(x > 0) + 2 * int(y > 0)) % 3]
+
+    return Texture("rose", tuple(tuple(texel(x, y) for x in range(side)) for y in range(side)))
+
+
+def stained_glass(name: str, lamp_size: float) -> Scene:
+    """Light of a lamp through a pane of stained glass onto tiles, and a clear ball in it."""
+    floor = rectangle((0.0, 0.0, 0.0), (0.0, 0.0, 2.0), (2.0, 0.0, 0.0))
+    floor = replace(floor, coordinates=[(2.5 * x, 2.5 * z) for x, _, z in floor.positions])
+    low, high = (-0.6, 0.12, -0.41), (0.6, 1.32, -0.39)
+    pane = box(low, high)
+    pane = replace(pane, coordinates=[((x - low[0]) / 1.2, (high[1] - y) / 1.2) for x, y, _ in pane.positions])
+    return Scene(name, Camera((0.55, 1.15, 3.3), (0.0, 0.5, 0.0), 36.0), [
+        Object("floor", floor, Diffuse("tiles", (0.9, 0.9, 0.9), texture=tiles())),
+        Object("wall", rectangle((0.0, 1.5, -1.9), (2.0, 0.0, 0.0), (0.0, 1.5, 0.0)), Diffuse("wall", (0.6, 0.58, 0.55))),
+        Object("pane", pane, Glass("stained glass", 1.52, texture=rose())),
+        Object("ball", Sphere((0.62, 0.25, 0.75), 0.25), GLASS),
+        Object("lamp", square((0.0, 1.9, -1.55), normalize((0.0, -0.6, 0.8)), lamp_size / 2),
+               lamp(tuple(c / lamp_size**2 for c in (9.0, 8.5, 7.8)))),
+    ])
+
+
 def scenes() -> list[Scene]:
     """All, in the order of the README."""
     ball = Sphere((0.1, -0.1, -0.2), 0.45)
@@ -459,5 +517,6 @@ def scenes() -> list[Scene]:
         rough_glass(), frosted(), smooth_normals(), demo(),
         eye("eye", False), eye("eye_small", True),
         water("water", 0.3), water("water_small", 0.005), water_glass(), lumpy(),
-        window("window", 0.3), window("window_small", 0.005), pane_sphere(), sky(), water_glass_sky(),
+        window("window", 0.3), window("window_small", 0.005), pane_sphere(), sky(), water_glass_sky(), stained_glass("stained_glass", 0.1),
+        stained_glass("stained_glass_large", 0.8),
     ]

@@ -4,6 +4,7 @@ import json
 import struct
 from math import pi
 
+import png
 from model import Diffuse, Scene, Sphere, SpotLight
 from shapes import cross, normalize, sphere, sub
 
@@ -43,6 +44,17 @@ class Buffer:
         self.accessors.append({"bufferView": len(self.views) - 1, **accessor})
         return len(self.accessors) - 1
 
+    def image(self, data: bytes) -> int:
+        """The number of its view."""
+        self.views.append({"buffer": 0, "byteOffset": len(self.bytes), "byteLength": len(data)})
+        self.bytes += data
+        self.bytes += bytes(-len(self.bytes) % 4)
+        return len(self.views) - 1
+
+    def coordinates(self, values) -> int:
+        return self.push(b"".join(struct.pack("<2f", *map(rounded, v)) for v in values), ARRAY_BUFFER,
+                         {"componentType": FLOAT, "count": len(values), "type": "VEC2"})
+
     def vectors(self, values, bounds: bool) -> int:
         rows = [tuple(as_f32(rounded(x)) for x in v) for v in values]
         accessor = {"componentType": FLOAT, "count": len(rows), "type": "VEC3"}
@@ -58,7 +70,16 @@ class Buffer:
                          {"componentType": kind, "count": len(flat), "type": "SCALAR"})
 
 
-def material_json(material) -> dict:
+def material_json(material, textures: list) -> dict:
+    out = untextured_json(material)
+    if material.texture:
+        if material.texture not in textures:
+            textures.append(material.texture)
+        out["pbrMetallicRoughness"]["baseColorTexture"] = {"index": textures.index(material.texture)}
+    return out
+
+
+def untextured_json(material) -> dict:
     if isinstance(material, Diffuse):
         out = {
             "name": material.name,
@@ -115,6 +136,8 @@ def encode(scene: Scene) -> bytes:
         attributes = {"POSITION": buffer.vectors(shape.positions, True)}
         if shape.normals:
             attributes["NORMAL"] = buffer.vectors(shape.normals, False)
+        if shape.coordinates:
+            attributes["TEXCOORD_0"] = buffer.coordinates(shape.coordinates)
         meshes.append({"name": thing.name, "primitives": [{
             "attributes": attributes,
             "indices": buffer.indices(shape.triangles, len(shape.positions)),
@@ -135,6 +158,9 @@ def encode(scene: Scene) -> bytes:
         if scene.sky:
             extras |= {"environment_image": f"{scene.sky.name}.exr", "environment_rotation": scene.turn}
         root["extras"] = {"caustica": extras}
+    textures: list = []
+    materials_json = [material_json(m, textures) for m in materials]
+    images = [{"bufferView": buffer.image(png.encode(t.rows)), "mimeType": "image/png", "name": t.name} for t in textures]
     document = {
         "asset": {"version": "2.0", "generator": "Caustica scenes/generate.py"},
         "scene": 0,
@@ -143,11 +169,15 @@ def encode(scene: Scene) -> bytes:
         "cameras": [{"name": "camera", "type": "perspective", "perspective": {
             "aspectRatio": 1, "yfov": round(scene.camera.yfov * pi / 180, 9), "znear": 0.01}}],
         "meshes": meshes,
-        "materials": [material_json(m) for m in materials],
+        "materials": materials_json,
         "accessors": buffer.accessors,
         "bufferViews": buffer.views,
         "buffers": [{"byteLength": len(buffer.bytes)}],
     }
+    if textures:
+        document["images"] = images
+        document["textures"] = [{"source": i, "sampler": 0} for i in range(len(images))]
+        document["samplers"] = [{"magFilter": 9729, "minFilter": 9729, "wrapS": 10497, "wrapT": 10497}]
     for m in document["materials"]:
         used |= set(m["extensions"])
     if scene.lights:

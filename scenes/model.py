@@ -10,12 +10,21 @@ Vec3 = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
+class Texture:
+    """Rows of texels from the top, sRGB codes of 8 bits; repeated."""
+
+    name: str
+    rows: tuple[tuple[tuple[int, int, int], ...], ...]
+
+
+@dataclass(frozen=True)
 class Diffuse:
-    """Lambertian on both sides; emits `emission` from the front."""
+    """Lambertian on both sides; emits `emission` from the front. `texture` multiplies `reflectance`."""
 
     name: str
     reflectance: Vec3
     emission: Vec3 = (0.0, 0.0, 0.0)
+    texture: Optional[Texture] = None
 
 
 @dataclass(frozen=True)
@@ -23,7 +32,7 @@ class Glass:
     """Boundary of a solid: index `ior` behind the surface, `exterior` before it.
 
     `roughness` is perceptual (GGX alpha is its square). `attenuation` is the colour that white
-    becomes after one metre of glass, or None for clear glass.
+    becomes after one metre of glass, or None for clear glass. `texture` colours what crosses the boundary.
     """
 
     name: str
@@ -31,15 +40,18 @@ class Glass:
     roughness: float = 0.0
     attenuation: Optional[Vec3] = None
     exterior: float = 1.0
+    texture: Optional[Texture] = None
 
 
 @dataclass(frozen=True)
 class Mesh:
-    """Triangles in world space, counter-clockwise seen from the front; `normals` empty for flat."""
+    """Triangles in world space, counter-clockwise seen from the front; `normals` empty for flat. `coordinates` of
+    textures: (0, 0) is the upper left corner of an image."""
 
     positions: list[Vec3]
     triangles: list[tuple[int, int, int]]
     normals: list[Vec3] = field(default_factory=list)
+    coordinates: list[tuple[float, float]] = field(default_factory=list)
 
 
 @dataclass(frozen=True)

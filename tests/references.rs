@@ -64,6 +64,7 @@ fn reference_blocks(mean: &Image, error: &Image) -> Blocks {
 /// How one integrator is held against a reference.
 struct Estimate {
     integrator: Integrator,
+    caustics: Caustics,
     /// Per pixel and run.
     samples: u32,
     first_seed: u64,
@@ -72,11 +73,11 @@ struct Estimate {
 }
 
 fn path(samples: u32) -> Estimate {
-    Estimate { integrator: Integrator::Path, samples, first_seed: 100, limit: BIAS_LIMIT }
+    Estimate { integrator: Integrator::Path, caustics: Caustics::Off, samples, first_seed: 100, limit: BIAS_LIMIT }
 }
 
 fn bdpt(samples: u32) -> Estimate {
-    Estimate { integrator: Integrator::Bdpt, samples, first_seed: 200, limit: BIAS_LIMIT }
+    Estimate { integrator: Integrator::Bdpt, caustics: Caustics::Off, samples, first_seed: 200, limit: BIAS_LIMIT }
 }
 
 fn check(name: &str, estimate: Estimate) {
@@ -84,7 +85,7 @@ fn check(name: &str, estimate: Estimate) {
     let file = root().join(format!("scenes/{name}.glb"));
     let loaded = gltf::load(&file).unwrap_or_else(|e| panic!("{e}"));
     let world = World::commit(&loaded.description, CommitOptions::default()).expect("a valid scene");
-    let Estimate { integrator, samples, first_seed, limit } = estimate;
+    let Estimate { integrator, caustics, samples, first_seed, limit } = estimate;
     let name = format!("{name}, {integrator:?}");
     let start = std::time::Instant::now();
     let settings = Settings {
@@ -93,7 +94,7 @@ fn check(name: &str, estimate: Estimate) {
         height: reference.size,
         samples,
         max_depth: reference.max_depth,
-        caustics: Caustics::Off,
+        caustics,
         ..Settings::default()
     };
     let images = renders(&world, &settings, first_seed..first_seed + RUNS);
@@ -147,6 +148,19 @@ fn sky_path() {
 #[test]
 fn sky_bdpt() {
     check("sky", bdpt(48));
+}
+
+/// Glass that an image colours, over tiles. (A path tracer has blocks whose light it finds too seldom for statistics.)
+#[test]
+#[cfg(feature = "oiio")]
+fn stained_glass_large_bdpt() {
+    check("stained_glass_large", bdpt(60));
+}
+
+#[test]
+#[cfg(feature = "oiio")]
+fn stained_glass_large_caustic_connections() {
+    check("stained_glass_large", Estimate { caustics: Caustics::On, ..bdpt(72) });
 }
 
 /// The lamp lights a panel only; everything else is lit by the panel, also through smooth glass. A

@@ -116,8 +116,13 @@ impl FullPath<'_> {
         let v = self.vertices[i - 1];
         let (to_camera, to_light) = (self.edges[i - 1].2, self.edges[i].1);
         let plain = &self.bsdfs[self.world.shape_material[v.at.shape as usize] as usize];
-        let textured = self.world.textured_bsdf(&v.at, !std::ptr::eq(self.bsdfs, &self.world.bsdfs[..]));
-        let e = textured.as_ref().unwrap_or(plain).evaluate(&v.at, to_camera, to_light, TransportMode::Radiance);
+        let walked = !std::ptr::eq(self.bsdfs, &self.world.bsdfs[..]);
+        let e = self.world.bsdf(plain, &v.at, walked, &mut None).evaluate(
+            &v.at,
+            to_camera,
+            to_light,
+            TransportMode::Radiance,
+        );
         // In f32 like the scattering's own densities.
         let mut toward_camera = e.pdf_reverse;
         // Of the light subpaths that arrive, a share goes to the glass, if there is any before the surface.

@@ -5,6 +5,7 @@ use super::surface::SurfaceEmission;
 use crate::geometry::{Mesh, SurfacePoint};
 use crate::math::{Discrete, warp};
 use glam::{DVec3, Vec2};
+use std::sync::Arc;
 
 /// A mesh, sampled uniformly by area for emission and for next-event estimation alike.
 #[derive(Clone, Debug)]
@@ -12,7 +13,7 @@ pub(super) struct MeshLight {
     pub(super) shape: u32,
     pub(super) emission: SurfaceEmission,
     /// What the emission is multiplied by.
-    pub(super) glow: Option<Glow>,
+    pub(super) glow: Option<Arc<Glow>>,
     /// Mean of that over the area, of what a fixed set of points sees.
     mean: DVec3,
     /// Chooses a triangle by its area; one without area has probability 0.
@@ -21,7 +22,12 @@ pub(super) struct MeshLight {
 
 impl MeshLight {
     /// `None` if the mesh has no area.
-    pub(super) fn new(shape: u32, mesh: &Mesh, emission: SurfaceEmission, glow: Option<Glow>) -> Option<MeshLight> {
+    pub(super) fn new(
+        shape: u32,
+        mesh: &Mesh,
+        emission: SurfaceEmission,
+        glow: Option<Arc<Glow>>,
+    ) -> Option<MeshLight> {
         let areas = (0..mesh.triangles.len() as u32).map(|t| {
             let [a, b, c] = mesh.corners(t).map(|p| p.as_dvec3());
             0.5 * (b - a).cross(c - a).length()

@@ -12,6 +12,7 @@ use crate::geometry::{BoundingDisk, Mesh, Reach, Shape, Sphere, Targets};
 use crate::math::Rgb;
 use crate::scene::description::LightKind;
 use glam::{DVec3, Vec2, Vec3};
+use std::sync::Arc;
 
 /// A light.
 #[derive(Clone, Debug)]
@@ -87,7 +88,12 @@ fn sphere(shapes: &[Shape], i: u32) -> Option<&Sphere> {
 
 impl Light {
     /// The light that a shape is; `None` if it has no area.
-    pub(super) fn of_shape(index: u32, shape: &Shape, emission: SurfaceEmission, glow: Option<Glow>) -> Option<Light> {
+    pub(super) fn of_shape(
+        index: u32,
+        shape: &Shape,
+        emission: SurfaceEmission,
+        glow: Option<Arc<Glow>>,
+    ) -> Option<Light> {
         Some(match shape {
             Shape::Mesh(mesh) => Light::Mesh(MeshLight::new(index, mesh, emission, glow)?),
             Shape::Sphere(sphere) => Light::Sphere(SphereLight::new(index, sphere, emission)),

@@ -135,7 +135,7 @@ impl Lights {
                     None
                 } else {
                     let glow = material.textures.emission.as_ref().zip(*mesh);
-                    let glow = glow.map(|(map, mesh)| Glow { map: map.clone(), mesh: mesh.clone() });
+                    let glow = glow.map(|(map, mesh)| Arc::new(Glow { map: map.clone(), mesh: mesh.clone() }));
                     Light::of_shape(i, shape, emission, glow).and_then(&mut add)
                 }
             })

@@ -75,7 +75,8 @@ pub fn sample(
         if depth == tracer.max_depth {
             break;
         }
-        let bsdf = world.bsdf(&at);
+        let mut place = None;
+        let bsdf = tracer.bsdf(&at, &mut place);
         if bsdf.connectable() && world.requirements.lights {
             let (u_light, u) = (connect_numbers.next_1d(), connect_numbers.next_2d());
             if let Some(light) = world.lights.sample_direct(&world.shapes, at.p, u_light, u) {

@@ -96,7 +96,7 @@ pub struct Evaluation {
 /// A material, compiled for evaluation.
 #[derive(Clone, Debug)]
 pub struct Bsdf {
-    /// Set if the material is this one lobe, the most frequent case and the cheapest.
+    /// Set if the material is this one lobe everywhere, the most frequent case and the cheapest.
     lambert: Option<Lambert>,
     mixture: Mixture,
     connectable: bool,
@@ -131,6 +131,12 @@ impl Bsdf {
         let connectable = mixture.lobes().any(Lobe::connectable);
         let has_delta = !mixture.lobes().all(Lobe::connectable);
         Bsdf { lambert, mixture, connectable, has_delta, media }
+    }
+
+    /// The same for what is another material at each point, with some of these lobes: [`Bsdf::evaluate_lambert`] is none of
+    /// its ways.
+    pub fn varying(self) -> Bsdf {
+        Bsdf { lambert: None, ..self }
     }
 
     /// Whether any lobe is connectable.
@@ -171,7 +177,7 @@ impl Bsdf {
     /// Whether the material is plain Lambertian reflection and nothing else.
     #[inline]
     pub fn is_diffuse(&self) -> bool {
-        self.lambert.is_some()
+        matches!(self.mixture.only(), Some(Lobe::Lambert(_)))
     }
 
     /// The media behind and before the surface, if it is a boundary that refracts.
@@ -203,13 +209,17 @@ impl Bsdf {
     /// of either direction disagree.
     #[inline]
     pub fn evaluate(&self, at: &SurfacePoint, wo: Vec3, wi: Vec3, mode: TransportMode) -> Evaluation {
-        let Some(lambert) = self.lambert else {
-            return self.mixture.evaluate(at, wo, wi, mode);
-        };
-        match (side(at, wo), side(at, wi)) {
+        self.evaluate_lambert(at, wo, wi).unwrap_or_else(|| self.mixture.evaluate(at, wo, wi, mode))
+    }
+
+    /// The same of plain Lambertian reflection alone. Always inline: as a call it takes 2 % of a render of such surfaces.
+    #[inline(always)]
+    pub fn evaluate_lambert(&self, at: &SurfacePoint, wo: Vec3, wi: Vec3) -> Option<Evaluation> {
+        let lambert = self.lambert?;
+        Some(match (side(at, wo), side(at, wi)) {
             (Some(o), Some(i)) if (o > 0.0) == (i > 0.0) => lambert.evaluate(o.abs(), i.abs()),
             _ => Evaluation::default(),
-        }
+        })
     }
 }
 

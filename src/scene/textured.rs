@@ -20,6 +20,7 @@ pub(super) struct Textured {
 
 impl Textured {
     /// The material at a point of the `placed` mesh; as walks see it, if `walked`.
+    #[inline(never)]
     pub(super) fn bsdf(&self, placed: &Mesh, at: &SurfacePoint, walked: bool) -> Bsdf {
         let coordinates = placed.interpolate(at, &self.mesh.texture_coordinates);
         let bsdf = Bsdf::new(&scattering(&self.material, coordinates));
@@ -111,7 +112,7 @@ fn scattering(material: &Material, coordinates: Vec2) -> Scattering {
 }
 
 /// A material with all the lobes that one has anywhere.
-pub(super) fn of_all_points(material: &Material) -> Scattering {
+pub(super) fn of_all_points(material: &Material) -> Bsdf {
     let mut scattering = material.scattering;
     if let Scattering::MetallicRoughness(m) = &mut scattering
         && material.textures.metallic_roughness.is_some()
@@ -119,5 +120,6 @@ pub(super) fn of_all_points(material: &Material) -> Scattering {
     {
         m.metallic = 0.5;
     }
-    scattering
+    let bsdf = Bsdf::new(&scattering);
+    if material.textures.scatter() { bsdf.varying() } else { bsdf }
 }

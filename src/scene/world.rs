@@ -13,7 +13,6 @@ use crate::math::Rgb;
 use crate::pool::thread_count;
 use crate::scatter::Bsdf;
 use glam::{DVec3, Vec3};
-use std::borrow::Cow;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -117,7 +116,7 @@ impl World {
         let description = moved.as_ref().unwrap_or(description);
 
         let mut media = vec![Medium::VACUUM];
-        let bsdfs: Vec<Bsdf> = description.materials.iter().map(|m| Bsdf::new(&textured::of_all_points(m))).collect();
+        let bsdfs: Vec<Bsdf> = description.materials.iter().map(textured::of_all_points).collect();
         let mut boundaries = reserve(bsdfs.len())?;
         for bsdf in &bsdfs {
             boundaries.push(bsdf.media().map(|(i, o)| boundary(&mut media, i, o)).transpose()?);
@@ -233,23 +232,16 @@ impl World {
         geometry as u64 + self.intersector.memory() + self.glass.memory() + self.lights.memory() + self.texture_memory
     }
 
-    /// The material at a point.
+    /// The material at a point: `plain`, or one that is made at `place` where there are textures. With the rough refraction
+    /// that walks lead through, if `walked`.
     #[inline]
-    pub fn bsdf(&self, at: &SurfacePoint) -> Cow<'_, Bsdf> {
-        match self.textured_bsdf(at, false) {
-            Some(bsdf) => Cow::Owned(bsdf),
-            None => Cow::Borrowed(&self.bsdfs[self.shape_material[at.shape as usize] as usize]),
+    pub fn bsdf<'a>(&self, plain: &'a Bsdf, at: &SurfacePoint, walked: bool, place: &'a mut Option<Bsdf>) -> &'a Bsdf {
+        if let Some(Some(textured)) = self.textured.get(at.shape as usize)
+            && let Shape::Mesh(mesh) = &self.shapes[at.shape as usize]
+        {
+            return place.insert(textured.bsdf(mesh, at, walked));
         }
-    }
-
-    /// The same of a surface that has textures alone; with the rough refraction that walks lead through, if `walked`.
-    #[inline]
-    pub fn textured_bsdf(&self, at: &SurfacePoint, walked: bool) -> Option<Bsdf> {
-        let textured = self.textured.get(at.shape as usize)?.as_ref()?;
-        match &self.shapes[at.shape as usize] {
-            Shape::Mesh(mesh) => Some(textured.bsdf(mesh, at, walked)),
-            Shape::Sphere(_) => None,
-        }
+        plain
     }
 }
 

@@ -87,9 +87,16 @@ impl Tracer<'_> {
     }
 
     /// Scattering at a vertex between its `wo` and `w`, with the densities of this tracer's subpaths.
-    #[inline]
+    #[inline(always)]
     pub fn evaluate(&self, vertex: &Vertex, w: Vec3, mode: TransportMode) -> Evaluation {
-        let mut e = self.bsdf(&vertex.at).evaluate(&vertex.at, vertex.wo, w, mode);
+        match self.material(vertex.at.shape).evaluate_lambert(&vertex.at, vertex.wo, w) {
+            Some(e) if !(vertex.aimed > 0.0) => e,
+            _ => self.evaluate_any(vertex, w, mode),
+        }
+    }
+
+    fn evaluate_any(&self, vertex: &Vertex, w: Vec3, mode: TransportMode) -> Evaluation {
+        let mut e = self.bsdf(&vertex.at, &mut None).evaluate(&vertex.at, vertex.wo, w, mode);
         if vertex.aimed > 0.0
             && e.f != Rgb::ZERO
             && let Some(aim) = &self.aim
@@ -120,7 +127,8 @@ impl Tracer<'_> {
         u: Vec2,
     ) -> Option<(BsdfSample, f32)> {
         let aim = self.aim.as_ref()?;
-        let (bsdf, mode) = (self.bsdf(at), TransportMode::Importance);
+        let mut place = None;
+        let (bsdf, mode) = (self.bsdf(at, &mut place), TransportMode::Importance);
         let share = aim.share(at.shape);
         let sample = if u_lobe < share {
             let wi = aim.targets().sample(at.p, &reach(at, wo), aimed, u_lobe / share, u)?;

@@ -168,7 +168,7 @@ impl Tracer<'_> {
                 return Err(None);
             }
             if let Some(at) = &to {
-                let refraction = self.bsdf(at).walked_refraction().ok_or(None)?;
+                let refraction = self.bsdf(at, &mut None).walked_refraction().ok_or(None)?;
                 transmittance *= refraction.albedo;
                 probability = probability.map(|p| p * f64::from(refraction.probability));
             }

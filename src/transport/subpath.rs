@@ -22,7 +22,6 @@ use crate::scene::World;
 use crate::scene::glass::Glass;
 use crate::scene::media::MediumId;
 use glam::Vec3;
-use std::borrow::Cow;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -236,13 +235,13 @@ impl<'w> Tracer<'w> {
         &self.bsdfs[self.world.shape_material[shape as usize] as usize]
     }
 
-    /// The material at a point.
+    /// The material at a point; with textures it is made at `place`.
     #[inline]
-    pub fn bsdf(&self, at: &SurfacePoint) -> Cow<'w, Bsdf> {
-        match self.world.textured_bsdf(at, self.walked) {
-            Some(bsdf) => Cow::Owned(bsdf),
-            None => Cow::Borrowed(self.material(at.shape)),
-        }
+    pub fn bsdf<'a>(&self, at: &SurfacePoint, place: &'a mut Option<Bsdf>) -> &'a Bsdf
+    where
+        'w: 'a,
+    {
+        self.world.bsdf(self.material(at.shape), at, self.walked, place)
     }
 
     /// Walks from the camera through `raster`; fills [`Self::camera_vertices`] and
@@ -376,7 +375,8 @@ impl<'w> Tracer<'w> {
             {
                 self.hit_light(&walk, &mut edge, &mut end, light, &at, wo);
             }
-            let bsdf = self.bsdf(&at);
+            let mut place = None;
+            let bsdf = self.bsdf(&at, &mut place);
             if bsdf.connectable() {
                 let place = Endpoint::Surface(at);
                 let (partial, camera_only, record) =

@@ -60,11 +60,23 @@ def rgb(value):
     return {"type": "rgb", "value": list(value)}
 
 
+def decoded(texture):
+    """Linear, for `raw` bitmaps: the transfer function is Caustica's to the last bit but one."""
+    code = np.array(texture.rows, np.float64) / 255
+    return np.where(code <= 0.04045, code / 12.92, ((code + 0.055) / 1.055) ** 2.4)
+
+
+def bitmap(texture, factor=(1.0, 1.0, 1.0)):
+    image = (decoded(texture) * factor).astype(np.float32)
+    return {"type": "bitmap", "bitmap": mi.Bitmap(image), "raw": True, "filter_type": "bilinear", "wrap_mode": "repeat"}
+
+
 def bsdf(material, smooth, side_check):
     """Leaves the absorption of tinted glass out: Mitsuba's dielectrics have none."""
     if isinstance(material, Diffuse):
-        out = {"type": "twosided",
-               "nested": {"type": "diffuse", "reflectance": rgb(material.reflectance)}}
+        reflectance = (bitmap(material.texture, material.reflectance) if material.texture
+                       else rgb(material.reflectance))
+        out = {"type": "twosided", "nested": {"type": "diffuse", "reflectance": reflectance}}
         if smooth and side_check:
             # The side check lets no light through, so the back is never lit in closed meshes.
             out = out["nested"]
@@ -73,6 +85,8 @@ def bsdf(material, smooth, side_check):
                "int_ior": material.ior, "ext_ior": material.exterior, "sample_visible": True}
     else:
         out = {"type": "dielectric", "int_ior": material.ior, "ext_ior": material.exterior}
+        if material.texture:
+            out["specular_transmittance"] = bitmap(material.texture)
     if smooth and side_check:
         out = {"type": "sidechecked", "nested": out}
     return out
@@ -81,7 +95,7 @@ def bsdf(material, smooth, side_check):
 def mesh(name, shape, props):
     smooth = bool(shape.normals)
     out = mi.Mesh(name, len(shape.positions), len(shape.triangles), has_vertex_normals=smooth,
-                  props=props)
+                  has_vertex_texcoords=bool(shape.coordinates), props=props)
     params = mi.traverse(out)
 
     def flat(rows):
@@ -91,6 +105,8 @@ def mesh(name, shape, props):
     params["faces"] = np.array(shape.triangles, np.uint32).ravel()
     if smooth:
         params["vertex_normals"] = flat(shape.normals)
+    if shape.coordinates:
+        params["vertex_texcoords"] = flat(shape.coordinates)
     params.update()
     return out
 

@@ -22,7 +22,8 @@ HERE = pathlib.Path(__file__).resolve().parent
 SIZE = 64
 # Scene: longest path in segments, samples per pixel and run, independent runs.
 REFERENCES = {"cornell": (8, 768, 64), "rough_glass": (12, 512, 64), "smooth_normals": (5, 512, 64),
-              "figure4a_large": (10, 512, 400), "sky": (7, 512, 200)}
+              "figure4a_large": (10, 512, 400), "sky": (7, 512, 200),
+              "stained_glass_large": (9, 512, 400)}
 
 
 def render(name: str, integrator: str, depth: int, spp: int, runs: int, side_check=True):
