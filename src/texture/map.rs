@@ -75,15 +75,21 @@ impl Wrap {
     fn index(self, i: f64, n: usize) -> usize {
         let last = n as f64 - 1.0;
         let i = match self {
-            Wrap::Repeat => i.rem_euclid(n as f64),
+            Wrap::Repeat => modulo(i, n as f64),
             Wrap::Mirror => {
-                let i = i.rem_euclid(2.0 * n as f64);
+                let i = modulo(i, 2.0 * n as f64);
                 i.min(2.0 * last + 1.0 - i)
             }
             Wrap::Clamp => i,
         };
         i.clamp(0.0, last) as usize
     }
+}
+
+/// Exact up to 2^53, in fewer steps than `rem_euclid`; beyond, something near.
+#[inline]
+fn modulo(i: f64, n: f64) -> f64 {
+    i - n * (i / n).floor()
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use super::vertex::{LightVertex, Vertex};
 use crate::emitter::Lights;
 use crate::geometry::{Aim, Reach, SurfacePoint, Targets};
 use crate::math::Rgb;
-use crate::scatter::{BsdfSample, Evaluation, TransportMode};
+use crate::scatter::{Bsdf, BsdfSample, Evaluation, TransportMode};
 use crate::scene::World;
 use glam::{Vec2, Vec3};
 use std::sync::Arc;
@@ -96,7 +96,7 @@ impl Tracer<'_> {
     }
 
     fn evaluate_any(&self, vertex: &Vertex, w: Vec3, mode: TransportMode) -> Evaluation {
-        let mut e = self.bsdf(&vertex.at, &mut None).evaluate(&vertex.at, vertex.wo, w, mode);
+        let mut e = self.material_of(vertex, mode).evaluate(&vertex.at, vertex.wo, w, mode);
         if vertex.aimed > 0.0
             && e.f != Rgb::ZERO
             && let Some(aim) = &self.aim
@@ -120,6 +120,7 @@ impl Tracer<'_> {
     /// Draws the continuation of a light subpath; beside it, its density without aim over that with it.
     pub(super) fn sample_aimed(
         &self,
+        bsdf: &Bsdf,
         at: &SurfacePoint,
         wo: Vec3,
         aimed: f64,
@@ -127,8 +128,7 @@ impl Tracer<'_> {
         u: Vec2,
     ) -> Option<(BsdfSample, f32)> {
         let aim = self.aim.as_ref()?;
-        let mut place = None;
-        let (bsdf, mode) = (self.bsdf(at, &mut place), TransportMode::Importance);
+        let mode = TransportMode::Importance;
         let share = aim.share(at.shape);
         let sample = if u_lobe < share {
             let wi = aim.targets().sample(at.p, &reach(at, wo), aimed, u_lobe / share, u)?;

@@ -135,6 +135,8 @@ pub struct Tracer<'w> {
     bsdfs: &'w [Bsdf],
     /// Whether these are those of [`World::walked`].
     walked: bool,
+    /// Materials made for the vertices of the camera subpath, and of the light subpath.
+    made: [Vec<Bsdf>; 2],
     /// What walks lead through.
     pub(super) glass: &'w Glass,
     /// Along the open edge's chain, where it crossed rough surfaces: the normals of the surface and of the
@@ -204,6 +206,7 @@ impl<'w> Tracer<'w> {
             aim: None,
             bsdfs: &world.bsdfs,
             walked: false,
+            made: [Vec::new(), Vec::new()],
             glass: &world.glass,
             microfacets: [[Vec3::ZERO; 2]; MAX_CHAIN],
             camera_caustics: false,
@@ -244,6 +247,15 @@ impl<'w> Tracer<'w> {
         self.world.bsdf(self.material(at.shape), at, self.walked, place)
     }
 
+    /// The material at a vertex of a subpath.
+    #[inline]
+    pub fn material_of(&self, vertex: &Vertex, mode: TransportMode) -> &Bsdf {
+        match vertex.made {
+            Some(index) => &self.made[mode as usize][index as usize],
+            None => self.material(vertex.at.shape),
+        }
+    }
+
     /// Walks from the camera through `raster`; fills [`Self::camera_vertices`] and
     /// [`Self::emitter_hits`].
     pub fn trace_camera(
@@ -254,6 +266,7 @@ impl<'w> Tracer<'w> {
         sampler: &mut Sampler,
     ) {
         self.camera_vertices.clear();
+        self.made[TransportMode::Radiance as usize].clear();
         self.emitter_hits.clear();
         let (origin, direction) = camera.generate(raster);
         let medium = medium.unwrap_or_else(|| self.world.medium_at(origin));
@@ -278,6 +291,7 @@ impl<'w> Tracer<'w> {
     /// segment shorter than the longest path, which the camera adds.
     pub fn trace_light(&mut self, sampler: &mut Sampler) {
         self.light_vertices.clear();
+        self.made[TransportMode::Importance as usize].clear();
         self.light_start = None;
         if !self.world.requirements.lights || self.max_depth < 2 {
             return;
@@ -382,8 +396,14 @@ impl<'w> Tracer<'w> {
                 let (partial, camera_only, record) =
                     self.close(&mut edge, &walk, &mut end, &place, self.light_subpaths, &mut wo);
                 let (aimed, toward) = self.aimed(&at, wo, walk.mode);
+                let made = (!std::ptr::eq(bsdf, self.material(hit.shape))).then(|| {
+                    let made = &mut self.made[walk.mode as usize];
+                    made.push(bsdf.clone());
+                    made.len() as u32 - 1
+                });
                 let vertex = Vertex {
                     at,
+                    made,
                     wo,
                     beta: walk.beta,
                     partial,
@@ -412,7 +432,7 @@ impl<'w> Tracer<'w> {
                 _ => 0.0,
             };
             let sample = match aimed {
-                aimed if aimed > 0.0 => self.sample_aimed(&at, wo, aimed, u_lobe, u),
+                aimed if aimed > 0.0 => self.sample_aimed(bsdf, &at, wo, aimed, u_lobe, u),
                 _ => bsdf.sample(&at, wo, walk.mode, u_lobe, u).map(|s| (s, 1.0)),
             };
             let Some((sample, plain)) = sample else { return };

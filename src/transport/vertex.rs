@@ -15,6 +15,8 @@ use glam::Vec3;
 pub struct Vertex {
     /// The surface.
     pub at: SurfacePoint,
+    /// Where its material was made for this point, if it has textures: see [`super::Tracer::material_of`].
+    pub made: Option<u32>,
     /// Direction to the previous vertex of the subpath, unit.
     pub wo: Vec3,
     /// Throughput on arrival. Camera subpath: scales radiance. Light subpath: flux weight.
