@@ -116,7 +116,7 @@ mutation("t = 1: direct light by the number of vertices", "src/transport/connect
          "weight::light_image(vertex.first && vertex.edge.sure)", "weight::light_image(j == 0 && vertex.edge.sure)",
          ("weights", ""))
 mutation("no check: factor of the light image", "src/transport/edge.rs",
-         "let smooth = |shape: &u32| self.bsdf(*shape).walked_refraction().is_some_and(|r| r.alpha == 0.0);",
+         "let smooth = |shape: &u32| self.material(*shape).walked_refraction().is_some_and(|r| r.alpha == 0.0);",
          "let smooth = |_: &u32| true;", ("weights", ""))
 mutation("few steps: density of the camera across a chain", "src/transport/edge.rs",
          "self.leave(edge, walk, departure, None, at.position());\n        if exact {",
@@ -224,7 +224,7 @@ mutation("choice of a light for a receiver: the other node of a pair", "src/emit
          "if i == first { share } else { 1.0 - share }", "if i != first { share } else { 1.0 - share }",
          ("lib", "two_lights"))
 mutation("spot light: falloff", "src/emitter/mod.rs",
-         "let emitted = light.emitted(&at, -wi);", "let emitted = light.emitted(&at, -wi) * 1.01;",
+         "let emitted = light.emitted(shapes, &at, -wi);", "let emitted = light.emitted(shapes, &at, -wi) * 1.01;",
          ("closed_forms", "spot_light"))
 
 # Lengths and roulette.
@@ -415,6 +415,32 @@ mutation("rough chain: walked in spite of delta lights", "src/scene/world.rs",
 mutation("rough chain: order of the microfacets from the light", "src/transport/edge.rs",
          "microfacets.reverse();", "",
          ("caustic", "rough_mesh"))
+
+# Textures.
+mutation("texture: green and blue change places", "src/scene/textured.rs",
+         "m.roughness = (m.roughness * value.y)",
+         "m.roughness = (m.roughness * value.z)",
+         ("textures", "roughness_and_metal"))
+mutation("texture: the color of glass is left out of walks", "src/transport/caustic.rs",
+         "let refraction = self.bsdf(at, &mut None).walked_refraction().ok_or(None)?;",
+         "let refraction = self.material(at.shape).walked_refraction().ok_or(None)?;",
+         ("caustic", "textures_and_stained_glass"))
+mutation("texture: of another point", "src/geometry/mesh.rs",
+         "let u = inside(d.cross(e2).dot(m) * scale, 1.0);",
+         "let u = inside(e1.cross(d).dot(m) * scale, 1.0);",
+         ("textures", "colors"))
+mutation("texture: half a texel off", "src/texture/map.rs",
+         "let (x, y) = (x - 0.5, y - 0.5);",
+         "let (x, y) = (x, y);",
+         ("lib", "rows_run_from_the_top"))
+mutation("texture: a lamp without its image", "src/emitter/light.rs",
+         "mesh(shapes, l.shape).map_or(Rgb::ZERO, |m| glow.at(m, s)) * radiance(&l.emission)",
+         "mesh(shapes, l.shape).map_or(Rgb::ZERO, |_| Rgb::splat(glow.map.at(glam::Vec2::ZERO).x)) * radiance(&l.emission)",
+         ("textures", "emission"))
+mutation("texture: connections see the factors", "src/scene/textured.rs",
+         "if material.textures.scatter() { bsdf.varying() } else { bsdf }",
+         "bsdf",
+         ("agreement", "integrators_with_textures"))
 
 
 def apply(name):

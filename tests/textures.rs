@@ -38,8 +38,9 @@ fn nearest(texels: &[Rgb]) -> Option<TextureMap> {
     image(texels).map(|map| TextureMap { filter: Filter::Nearest, ..map })
 }
 
-/// An image of as many texels as there are tiles is as good as tiles: in the light they give too.
-fn as_good_as_tiles(what: &str, of: impl Fn(&mut Builder, Option<usize>) -> usize) {
+/// An image of as many texels as there are tiles is as good as tiles: in the light they give too. `exact`: with the same random
+/// numbers, but for rounding.
+fn as_good_as_tiles(what: &str, exact: bool, of: impl Fn(&mut Builder, Option<usize>) -> usize) {
     let picture = |tiled| {
         let world = tiles(tiled, &of);
         let output = run(&world, &settings(Integrator::Path, 32, 256, 1));
@@ -49,23 +50,24 @@ fn as_good_as_tiles(what: &str, of: impl Fn(&mut Builder, Option<usize>) -> usiz
     let mean = |pixels: &[Rgb]| pixels.iter().map(|p| p.as_dvec3()).sum::<DVec3>() / pixels.len() as f64;
     let (a, b) = (mean(&tiled), mean(&textured));
     println!("{what}: {a} and {b}");
-    assert!((a / b - 1.0).abs().max_element() < 0.01, "{what}: {a} and {b}");
-    // Pixel by pixel, where noise leaves it.
-    let near = |(a, b): (&Rgb, &Rgb)| (*a - *b).abs().max_element() < 0.05 + 0.2 * a.max_element();
+    let (mean, one) = if exact { (1e-5, 1e-4) } else { (0.01, 0.25) };
+    assert!((a / b - 1.0).abs().max_element() < mean, "{what}: {a} and {b}");
+    let near = |(a, b): (&Rgb, &Rgb)| (*a - *b).abs().max_element() < one * (0.2 + a.max_element());
     let like = tiled.iter().zip(&textured).filter(|&pair| near(pair)).count();
+    // A path at the edge of a tile may go another way.
     assert!(like > 1000, "{what}: {like} of 1024 pixels are alike");
 }
 
 #[test]
 fn colors() {
-    as_good_as_tiles("diffuse", |b, tile| {
+    as_good_as_tiles("diffuse", true, |b, tile| {
         let factor = Rgb::new(0.9, 1.0, 0.8);
         let color = tile.map_or(factor, |i| factor * COLORS[i]);
         let material = b.material(Scattering::Diffuse { reflectance: color });
         b.0.materials[material].textures.color = if tile.is_none() { nearest(&COLORS) } else { None };
         material
     });
-    as_good_as_tiles("metal", |b, tile| {
+    as_good_as_tiles("metal", true, |b, tile| {
         let reflectance = tile.map_or(Rgb::ONE, |i| COLORS[i]);
         let material = b.material(Scattering::Conductor { reflectance, roughness: 0.3 });
         b.0.materials[material].textures.color = if tile.is_none() { nearest(&COLORS) } else { None };
@@ -77,7 +79,7 @@ fn colors() {
 fn roughness_and_metal() {
     let texels =
         [Rgb::new(0.3, 1.0, 0.0), Rgb::new(0.9, 0.5, 1.0), Rgb::new(0.1, 0.25, 0.5), Rgb::new(0.0, 0.75, 0.25)];
-    as_good_as_tiles("metallic-roughness", |b, tile| {
+    as_good_as_tiles("metallic-roughness", true, |b, tile| {
         let texel = tile.map_or(Rgb::ONE, |i| texels[i]);
         let material = b.material(Scattering::MetallicRoughness(MetallicRoughness {
             base_color: Rgb::new(0.8, 0.6, 0.3),
@@ -97,7 +99,7 @@ fn roughness_and_metal() {
 
 #[test]
 fn emission() {
-    as_good_as_tiles("lamp", |b, tile| {
+    as_good_as_tiles("lamp", false, |b, tile| {
         let emission = tile.map_or(Rgb::splat(2.0), |i| 2.0 * COLORS[i]);
         let material = b.emitter(Scattering::Diffuse { reflectance: Rgb::splat(0.3) }, emission);
         b.0.materials[material].textures.emission = if tile.is_none() { nearest(&COLORS) } else { None };

@@ -133,8 +133,7 @@ impl Bsdf {
         Bsdf { lambert, mixture, connectable, has_delta, media }
     }
 
-    /// The same for what is another material at each point, with some of these lobes: [`Bsdf::evaluate_lambert`] is none of
-    /// its ways.
+    /// The same for what is another material at each point: [`Bsdf::evaluate_lambert`] evaluates nothing.
     pub fn varying(self) -> Bsdf {
         Bsdf { lambert: None, ..self }
     }

@@ -1,5 +1,5 @@
 //! Materials that vary over a mesh: compiled anew at each point. What is decided for a whole shape (where walks lead, what
-//! light is aimed from) goes by one compiled material that has the lobes of all its points.
+//! light is aimed from) goes by the factors: no image makes glass of what is none, nor a mirror of what is rough.
 
 use super::description::{
     Description, Geometry, LEAST_TEXTURED_ROUGHNESS, Material, MeshDescription, Scattering, TextureMap, Textures,
@@ -111,15 +111,8 @@ fn scattering(material: &Material, coordinates: Vec2) -> Scattering {
     scattering
 }
 
-/// A material with all the lobes that one has anywhere.
-pub(super) fn of_all_points(material: &Material) -> Bsdf {
-    let mut scattering = material.scattering;
-    if let Scattering::MetallicRoughness(m) = &mut scattering
-        && material.textures.metallic_roughness.is_some()
-        && m.metallic > 0.0
-    {
-        m.metallic = 0.5;
-    }
-    let bsdf = Bsdf::new(&scattering);
+/// A material by its factors alone.
+pub(super) fn factors(material: &Material) -> Bsdf {
+    let bsdf = Bsdf::new(&material.scattering);
     if material.textures.scatter() { bsdf.varying() } else { bsdf }
 }

@@ -57,7 +57,7 @@ pub struct World {
     pub shapes: Arc<[Shape]>,
     /// Material of each shape.
     pub shape_material: Vec<u32>,
-    /// Compiled materials; of one with textures, all lobes that it has anywhere: see [`World::bsdf`].
+    /// Compiled materials; of one with textures, its factors: see [`World::bsdf`].
     pub bsdfs: Vec<Bsdf>,
     /// What varies over each shape; empty if nothing does.
     textured: Vec<Option<Textured>>,
@@ -116,7 +116,7 @@ impl World {
         let description = moved.as_ref().unwrap_or(description);
 
         let mut media = vec![Medium::VACUUM];
-        let bsdfs: Vec<Bsdf> = description.materials.iter().map(textured::of_all_points).collect();
+        let bsdfs: Vec<Bsdf> = description.materials.iter().map(textured::factors).collect();
         let mut boundaries = reserve(bsdfs.len())?;
         for bsdf in &bsdfs {
             boundaries.push(bsdf.media().map(|(i, o)| boundary(&mut media, i, o)).transpose()?);

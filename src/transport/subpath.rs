@@ -232,7 +232,7 @@ impl<'w> Tracer<'w> {
         }
     }
 
-    /// The compiled material of a shape; of one with textures, all lobes that it has anywhere.
+    /// The compiled material of a shape; of one with textures, its factors.
     #[inline]
     pub fn material(&self, shape: u32) -> &'w Bsdf {
         &self.bsdfs[self.world.shape_material[shape as usize] as usize]
