@@ -1,7 +1,7 @@
 # make demo     build, render scenes/demo.glb, print where the pictures are
 # make test     all tests
 # make bench    rays per second, and the share of a render spent inside Embree
-# make figures  docs/results.md: all integrators on twenty-one scenes, two hours on two cores; see below
+# make figures  docs/results.md: all integrators on twenty-two scenes, two hours on two cores; see below
 # make install  header, library, CLI, pkg-config and CMake files under PREFIX (and DESTDIR)
 # Each first installs what is missing: scripts/setup.sh.
 

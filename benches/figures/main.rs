@@ -55,6 +55,7 @@ const SCENES: [Scene; 21] = [
     scene("frosted", 0.4, true),
     scene("sky", 0.4, true),
     scene("water_glass_sky", 0.4, true),
+    scene("stained_glass", 0.4, true),
     scene("cornell", 0.15, true),
 ];
 

@@ -185,7 +185,7 @@ fn introduction() -> String {
 
 Made by `make figures`; every number below is that program's.
 
-Six methods render twenty-one scenes of `scenes/`: a path tracer (`path`), a light tracer (`light`), bidirectional path tracing
+Six methods render twenty-two scenes of `scenes/`: a path tracer (`path`), a light tracer (`light`), bidirectional path tracing
 without (`bdpt`) and with caustic connections, with the options of the paper (`paper`) and with the default ones (`ours`),
 and path tracing with manifold next-event estimation (`mnee`). `ours` makes caustic connections, walks from other starts, aims light subpaths
 at glass and has fewer of them where a forecast says that it pays. The reference has two halves, long renders with other seeds that make

@@ -12,14 +12,21 @@ use gltf::json::validation::Checked;
 use gltf::json::{self, Index};
 use std::collections::HashMap;
 
-/// Converts primitive `number` of the mesh `object`; `None`, with a warning, if it has no
+/// A primitive of a mesh.
+pub(super) struct Part<'a> {
+    pub(super) primitive: &'a Primitive,
+    /// Which of the mesh's.
+    pub(super) number: usize,
+    /// Of texture coordinates that its material needs.
+    pub(super) set: Option<u32>,
+}
+
+/// Converts a part of the mesh `object`; `None`, with a warning, if it has no
 /// triangles.
 pub(super) fn convert(
     document: &Document,
     buffers: &Buffers,
-    primitive: &Primitive,
-    number: usize,
-    set: Option<u32>,
+    &Part { primitive, number, set }: &Part,
     object: &Object,
     budget: &mut Budget,
     warnings: &mut Vec<String>,

@@ -6,7 +6,7 @@ use super::document::{Document, Named};
 use super::error::{GltfError, Object};
 use super::extras::Caustica;
 use super::material::{self, Converted};
-use super::mesh;
+use super::mesh::{self, Part};
 use crate::io::image::read_environment;
 use crate::math::Rgb;
 use crate::scene::description::{
@@ -210,7 +210,7 @@ impl<'a> Walk<'a> {
             let shape = match self.meshes.get(&key) {
                 Some(&shape) => shape,
                 None => {
-                    let shape = self.convert_primitive(primitive, number, set, &object)?;
+                    let shape = self.convert_primitive(&Part { primitive, number, set }, &object)?;
                     let shape = shape.map(|shape| {
                         self.description.meshes.push(shape.into());
                         self.description.meshes.len() - 1
@@ -227,14 +227,8 @@ impl<'a> Walk<'a> {
         Ok(())
     }
 
-    fn convert_primitive(
-        &mut self,
-        primitive: &Primitive,
-        number: usize,
-        set: Option<u32>,
-        object: &Object,
-    ) -> Result<Option<MeshDescription>, GltfError> {
-        mesh::convert(self.document, self.buffers, primitive, number, set, object, self.budget, self.warnings)
+    fn convert_primitive(&mut self, part: &Part, object: &Object) -> Result<Option<MeshDescription>, GltfError> {
+        mesh::convert(self.document, self.buffers, part, object, self.budget, self.warnings)
     }
 
     /// A sphere instead of a mesh, which lends its material only.
