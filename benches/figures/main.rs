@@ -34,7 +34,7 @@ const fn scene(name: &'static str, factor: f64, checked: bool) -> Scene {
 }
 
 /// In the order of the document.
-const SCENES: [Scene; 21] = [
+const SCENES: [Scene; 22] = [
     scene("figure4a", 0.5, true),
     scene("figure4a_small", 0.6, false),
     scene("figure4b", 0.7, true),
