@@ -301,8 +301,13 @@ typedef struct caustica_material_desc {
                                                     blue metallic; what roughness leaves rough is never quite
                                                     a mirror: 0.032 at least */
     caustica_texture emission_texture;           /* multiplies emission */
+    caustica_texture normal_texture;             /* of the shading normal, where nothing refracts: twice the texel
+                                                    less 1 is its part to the right in the image, upward in it, and
+                                                    along the mesh's normal; LINEAR8 or FLOAT, not SRGB8 */
+    float normal_scale;                          /* of the first two; 0: 1 */
+    uint32_t reserved;
     float texture_transform[6];                  /* two rows of three: (u', v') = M (u, v, 1) finds the texels of
-                                                    all three; all 0: the identity */
+                                                    all four; all 0: the identity */
 } caustica_material_desc;
 
 /* Fills a descriptor, whose struct_size is set, with a model's defaults: white, smooth, index 1.5, no

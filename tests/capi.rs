@@ -188,7 +188,8 @@ fn both_sides_agree_on_layouts_and_constants() {
         caustica_material_desc = capi::material::MaterialDesc {
             struct_size, model, name, color, roughness, ior, ior_outside, absorption, absorption_outside, metallic,
             specular, specular_color, transmission, solid, emission, emission_two_sided, walked_roughness,
-            color_texture, metallic_roughness_texture, emission_texture, texture_transform
+            color_texture, metallic_roughness_texture, emission_texture, normal_texture, normal_scale, reserved,
+            texture_transform
         }
         caustica_environment_desc = capi::environment::EnvironmentDesc {
             struct_size, width, height, radiance, pixels, pixel_stride, path, transform

@@ -127,6 +127,47 @@ fn transforms() {
     assert_eq!(pixels.iter().map(|p| p.x).collect::<Vec<_>>(), [0.4, 0.2, 0.3, 0.1]);
 }
 
+/// A normal map of one colour is as good as the normals of vertices that lean like it, wherever the image lies on the mesh.
+#[test]
+fn normals() {
+    // 0.6 to the right in the image, 0.48 down, 0.64 out.
+    let texel = Rgb::new(0.8, 0.26, 0.82);
+    for (name, turned, mirrored) in [("as it is", 0.0, false), ("turned", 1.0f32, false), ("mirrored", 0.5, true)] {
+        // The image's directions over the floor, of which x is right and z down.
+        let (sin, cos) = turned.sin_cos();
+        let (right, down) = (Vec3::new(cos, 0.0, sin), Vec3::new(-sin, 0.0, cos) * if mirrored { -1.0 } else { 1.0 });
+        let leaning = right * 0.6 + down * 0.48 + Vec3::Y * 0.64;
+        let picture = |mapped: bool, integrator| {
+            let mut b = Builder::default();
+            let floor = b.diffuse(0.8);
+            b.quad(Vec3::new(-1.0, 0.0, -1.0), Vec3::Z * 2.0, Vec3::X * 2.0, floor);
+            b.unwrap(|p| [3.0 * p.dot(right), 5.0 * p.dot(down)]);
+            let mesh = std::sync::Arc::make_mut(&mut b.0.meshes[0]);
+            if mapped {
+                let map = image(&[(texel - 0.5) / Vec3::new(2.0, 2.0, 1.0) + 0.5]).expect("a map");
+                b.0.materials[floor].textures.normal = Some(NormalMap { map, scale: 2.0 });
+            } else {
+                mesh.normals = vec![leaning.to_array(); 4];
+            }
+            let ball = b.diffuse(0.8);
+            b.sphere(DVec3::new(0.3, 0.5, 0.2), 0.3, ball);
+            let lamp = b.lamp(4.0);
+            b.quad(Vec3::new(-0.5, 2.0, -0.5), Vec3::X, Vec3::Z, lamp);
+            b.perspective([0.0, 2.0, 2.0], [0.0, 0.0, 0.0], 0.8);
+            run(&b.commit(), &settings(integrator, 24, 64, 3)).image.pixels
+        };
+        for integrator in [Integrator::Path, Integrator::Bdpt] {
+            let (mapped, leaning) = (picture(true, integrator), picture(false, integrator));
+            let off = mapped
+                .iter()
+                .zip(&leaning)
+                .filter(|(a, b)| (**a - **b).abs().max_element() > 1e-3 * (0.1 + a.x))
+                .count();
+            assert!(off <= 6, "{name}, {integrator:?}: {off} of 576 pixels differ");
+        }
+    }
+}
+
 trait Above {
     fn camera_above(&mut self);
 }
@@ -173,6 +214,15 @@ fn what_is_wrong_is_named() {
     let mut b = floor(None);
     b.0.materials[0].textures.metallic_roughness = image(&[Rgb::ONE]);
     assert!(error(&b).contains("textures.metallic_roughness is given; the metallic-roughness model"), "{}", error(&b));
+    let mut b = floor(None);
+    b.0.materials[0].scattering = Scattering::Dielectric {
+        inside: Medium { ior: 1.5, absorption: Rgb::ZERO },
+        outside: Medium::VACUUM,
+        roughness: 0.0,
+        tint: Rgb::ONE,
+    };
+    b.0.materials[0].textures.normal = image(&[Rgb::ONE]).map(|map| NormalMap { map, scale: 1.0 });
+    assert!(error(&b).contains("textures.normal is given; a surface that does not refract"), "{}", error(&b));
     let mut map = image(&[Rgb::ONE]);
     map.as_mut().expect("a map").transform.translation.x = f32::INFINITY;
     assert!(error(&floor(map)).contains("textures.color.transform is"));

@@ -7,7 +7,7 @@ use super::handle::{Handle, Kind};
 use super::pointer::{In, MAX_NAME, Out, OutStruct, Sized32, Text};
 use super::texture::Texture;
 use crate::math::Rgb;
-use crate::scene::description::{self, Medium, MetallicRoughness, Scattering, Textures, WALKED_ROUGHNESS};
+use crate::scene::description::{self, Medium, MetallicRoughness, NormalMap, Scattering, Textures, WALKED_ROUGHNESS};
 use glam::Affine2;
 use std::sync::{Arc, Mutex};
 
@@ -66,6 +66,12 @@ pub struct MaterialDesc {
     pub metallic_roughness_texture: Handle<Texture>,
     /// Multiplies `emission`.
     pub emission_texture: Handle<Texture>,
+    /// Of the shading normal.
+    pub normal_texture: Handle<Texture>,
+    /// Factor of its tangential parts; 0 for 1.
+    pub normal_scale: f32,
+    /// Zero.
+    pub reserved: u32,
     /// Two rows of three, from texture coordinates to the images; all 0 for the identity.
     pub texture_transform: [f32; 6],
 }
@@ -76,13 +82,14 @@ struct Bound {
     color: Option<Arc<Texture>>,
     metallic_roughness: Option<Arc<Texture>>,
     emission: Option<Arc<Texture>>,
+    normal: Option<(Arc<Texture>, f32)>,
     transform: Affine2,
 }
 
 // SAFETY: `repr(C)`, `u32` first, numbers and pointers only.
 unsafe impl Sized32 for MaterialDesc {
     const NAME: &'static str = "caustica_material_desc";
-    const FIRST_SIZE: usize = 160;
+    const FIRST_SIZE: usize = 176;
 }
 
 /// A material; lives as long as the host or an instance refers to it.
@@ -107,11 +114,14 @@ impl Material {
     pub(super) fn describe(&self) -> Result<description::Material, Failure> {
         let (mut state, bound) = self.state.lock().map_err(|_| self.broken())?.clone();
         let map = |texture: &Option<Arc<Texture>>| texture.as_ref().map(|texture| texture.map(bound.transform));
-        let Textures { color, metallic_roughness, emission } = &mut state.textures;
+        let Textures { color, metallic_roughness, emission, normal } = &mut state.textures;
         for (place, texture) in
             [(color, &bound.color), (metallic_roughness, &bound.metallic_roughness), (emission, &bound.emission)]
         {
             *place = map(texture).or(place.take());
+        }
+        if let Some((texture, scale)) = &bound.normal {
+            *normal = Some(NormalMap { map: texture.map(bound.transform), scale: *scale });
         }
         Ok(state)
     }
@@ -162,6 +172,9 @@ fn init(desc: OutStruct<MaterialDesc>, model: u32) -> Result<i32, Failure> {
         color_texture: Handle::new(0),
         metallic_roughness_texture: Handle::new(0),
         emission_texture: Handle::new(0),
+        normal_texture: Handle::new(0),
+        normal_scale: 1.0,
+        reserved: 0,
         texture_transform: [0.0; 6],
     });
     Ok(OK)
@@ -209,6 +222,12 @@ fn bound(device: &Device, d: &MaterialDesc) -> Result<Bound, Failure> {
             found.map(Some).map_err(|failure| Failure { parameter: parameter.to_owned(), ..failure })
         }
     };
+    if d.reserved != 0 {
+        return Err(Failure::argument("reserved", format!("is {}; 0 was expected", d.reserved)));
+    }
+    if !d.normal_scale.is_finite() {
+        return Err(Failure::argument("normal_scale", format!("is {}; a finite number was expected", d.normal_scale)));
+    }
     if let Some(at) = d.texture_transform.iter().position(|x| !x.is_finite()) {
         let text = format!("is {}; finite numbers were expected", d.texture_transform[at]);
         return Err(Failure::argument("texture_transform", text).at(at as u64));
@@ -218,6 +237,7 @@ fn bound(device: &Device, d: &MaterialDesc) -> Result<Bound, Failure> {
         color: texture("color_texture", d.color_texture)?,
         metallic_roughness: texture("metallic_roughness_texture", d.metallic_roughness_texture)?,
         emission: texture("emission_texture", d.emission_texture)?,
+        normal: texture("normal_texture", d.normal_texture)?.map(|texture| (texture, or_default(d.normal_scale, 1.0))),
         transform: match d.texture_transform.iter().all(|&x| x == 0.0) {
             true => Affine2::IDENTITY,
             false => Affine2::from_cols_array(&[a, e, b, f, c, g]),
@@ -263,7 +283,7 @@ fn convert(d: &MaterialDesc, name: &str) -> Result<description::Material, Failur
     })
 }
 
-/// Zero means the default: no medium has the refractive index 0.
+/// Zero means the default: no medium has the refractive index 0, and no image of normals is for nothing.
 fn or_default(value: f32, default: f32) -> f32 {
     if value == 0.0 { default } else { value }
 }

@@ -69,6 +69,19 @@ impl Mesh {
         (a + (b - a) * u + (c - a) * v).as_vec2()
     }
 
+    /// Directions in which the first and the second of what `at` tells of the vertices grow, over the plane of a triangle; `None`
+    /// where they grow in one or none.
+    #[inline]
+    pub fn gradients(&self, triangle: u32, at: impl Fn(usize) -> Vec2) -> Option<[Vec3; 2]> {
+        let corners = self.triangles[triangle as usize].map(|i| i as usize);
+        let [p0, p1, p2] = corners.map(|i| self.positions[i].as_dvec3());
+        let [a, b, c] = corners.map(|i| at(i).as_dvec2());
+        let (e1, e2, d1, d2) = (p1 - p0, p2 - p0, b - a, c - a);
+        let sign = d1.perp_dot(d2).signum();
+        let along = |x: f64, y: f64| ((e1 * x + e2 * y) * sign).try_normalize().map(|d| d.as_vec3());
+        Some([along(d2.y, -d1.y)?, along(-d2.x, d1.x)?])
+    }
+
     /// The surface at barycentrics `u` (of the second vertex) and `v` (of the third). The caller
     /// fills in `shape`, which a mesh does not know.
     ///

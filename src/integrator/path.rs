@@ -56,7 +56,7 @@ pub fn sample(
             }
             break;
         };
-        let at = world.shapes[hit.shape as usize].surface(&ray, &hit);
+        let at = world.surface(&ray, &hit);
         let wo = -ray.direction;
         if world.requirements.absorption {
             beta *= world.transmittance(medium, hit.t);

@@ -141,6 +141,18 @@ pub struct Textures {
     pub metallic_roughness: Option<TextureMap>,
     /// Of the emission.
     pub emission: Option<TextureMap>,
+    /// Of the shading normal, where nothing refracts: walks know the mesh's alone.
+    pub normal: Option<NormalMap>,
+}
+
+/// An image of shading normals: of red, green and blue from 0 to 1 twice the number less 1 is the part to the right in the
+/// image, upward in it, and along the mesh's normal.
+#[derive(Clone, Debug)]
+pub struct NormalMap {
+    /// The image.
+    pub map: TextureMap,
+    /// Factor of the first two.
+    pub scale: f32,
 }
 
 /// A surface is a mirror everywhere or nowhere: whether connections may evaluate it is a property of the material.

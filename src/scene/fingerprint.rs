@@ -31,11 +31,7 @@ pub(super) fn fingerprint(d: &Description) -> Fingerprint {
     for i in &d.instances {
         let _ = write!(shapes, "{:?}{:?}", i.geometry, i.transform);
     }
-    let textured = |m: &Material| {
-        let Textures { color, metallic_roughness, emission } = &m.textures;
-        color.is_some() || metallic_roughness.is_some() || emission.is_some()
-    };
-    if d.materials.iter().any(textured) {
+    if d.materials.iter().any(|m| m.textures.any()) {
         for mesh in &d.meshes {
             h.bytes(&(mesh.texture_coordinates.len() as u64).to_le_bytes());
             for [u, v] in &mesh.texture_coordinates {

@@ -2,13 +2,14 @@
 //! light is aimed from) goes by the factors: no image makes glass of what is none, nor a mirror of what is rough.
 
 use super::description::{
-    Description, Geometry, LEAST_TEXTURED_ROUGHNESS, Material, MeshDescription, Scattering, TextureMap, Textures,
+    Description, Geometry, LEAST_TEXTURED_ROUGHNESS, Material, MeshDescription, NormalMap, Scattering, TextureMap,
+    Textures,
 };
 use crate::geometry::{Mesh, SurfacePoint};
 use crate::math::Rgb;
 use crate::scatter::Bsdf;
 use crate::text::shown;
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 use std::collections::HashSet;
 use std::sync::Arc;
 
@@ -22,12 +23,40 @@ impl Textured {
     /// The material at a point of the `placed` mesh; as walks see it, if `walked`.
     #[inline(never)]
     pub(super) fn bsdf(&self, placed: &Mesh, at: &SurfacePoint, walked: bool) -> Bsdf {
-        let coordinates = placed.interpolate(at, &self.mesh.texture_coordinates);
-        let bsdf = Bsdf::new(&scattering(&self.material, coordinates));
+        let bsdf = Bsdf::new(&scattering(&self.material, self.coordinates(placed, at)));
         match bsdf.walked(self.material.walked_roughness).filter(|_| walked) {
             Some(walked) => walked,
             None => bsdf,
         }
+    }
+}
+
+impl Textured {
+    /// Whether the material is another one at each point, beside its normal.
+    pub(super) fn scatters(&self) -> bool {
+        self.material.textures.scatter()
+    }
+
+    fn coordinates(&self, placed: &Mesh, at: &SurfacePoint) -> Vec2 {
+        placed.interpolate(at, &self.mesh.texture_coordinates)
+    }
+
+    /// The shading normal at a point of the `placed` mesh. That of the mesh, where the image has none on its side.
+    #[inline(never)]
+    pub(super) fn normal(&self, placed: &Mesh, at: &SurfacePoint) -> Vec3 {
+        self.bent(placed, at).filter(|n| n.dot(at.ng) > 0.0).unwrap_or(at.ns)
+    }
+
+    fn bent(&self, placed: &Mesh, at: &SurfacePoint) -> Option<Vec3> {
+        let NormalMap { map, scale } = self.material.textures.normal.as_ref()?;
+        let local = map.at(self.coordinates(placed, at)) * 2.0 - 1.0;
+        let of_vertex = |i: usize| map.transform.transform_point2(self.mesh.texture_coordinates[i].into());
+        let [right, down] = placed.gradients(at.primitive, of_vertex)?;
+        let n = at.ns;
+        let tangent = (right - n * n.dot(right)).try_normalize()?;
+        let up = n.cross(tangent);
+        let up = up * -1f32.copysign(up.dot(down));
+        (tangent * (local.x * scale) + up * (local.y * scale) + n * local.z).try_normalize()
     }
 }
 
@@ -36,15 +65,26 @@ impl Textures {
         self.color.is_some() || self.metallic_roughness.is_some()
     }
 
+    /// Whether paths go another way for them.
+    fn bear_on_paths(&self) -> bool {
+        self.scatter() || self.normal.is_some()
+    }
+
+    /// Whether there are any.
+    pub(super) fn any(&self) -> bool {
+        self.all().next().is_some()
+    }
+
     fn all(&self) -> impl Iterator<Item = &TextureMap> {
-        [&self.color, &self.metallic_roughness, &self.emission].into_iter().flatten()
+        let normal = self.normal.as_ref().map(|normal| &normal.map);
+        [&self.color, &self.metallic_roughness, &self.emission].into_iter().flatten().chain(normal)
     }
 }
 
 /// The textured material of each instance that has one; none at all if no instance does.
 pub(super) fn textured(d: &Description, meshes: &[Arc<MeshDescription>]) -> Vec<Option<Textured>> {
     let materials: Vec<Option<Arc<Material>>> =
-        d.materials.iter().map(|m| m.textures.scatter().then(|| Arc::new(m.clone()))).collect();
+        d.materials.iter().map(|m| m.textures.bear_on_paths().then(|| Arc::new(m.clone()))).collect();
     if materials.iter().all(Option::is_none) {
         return Vec::new();
     }
@@ -70,7 +110,7 @@ pub(super) fn warnings(d: &Description, meshes: &[Arc<MeshDescription>], warning
     let mut seen = HashSet::new();
     for (index, instance) in d.instances.iter().enumerate() {
         let material = &d.materials[instance.material];
-        let lost = material.textures.all().next().is_some() && coordinates(instance.geometry, meshes).is_none();
+        let lost = material.textures.any() && coordinates(instance.geometry, meshes).is_none();
         if lost && seen.insert(instance.material) {
             let (name, material) = (shown(&instance.name), shown(&material.name));
             warnings.push(format!(

@@ -217,9 +217,18 @@ fn validate_scattering(object: &Object, scattering: &Scattering) -> Result<(), S
     }
 }
 
+/// Whether it bounds a medium.
+fn refracts(scattering: &Scattering) -> bool {
+    match scattering {
+        Scattering::Dielectric { .. } => true,
+        Scattering::MetallicRoughness(m) => m.solid && m.transmission > 0.0,
+        _ => false,
+    }
+}
+
 fn validate_textures(object: &Object, material: &Material) -> Result<(), SceneError> {
-    let Textures { color, metallic_roughness, emission } = &material.textures;
-    let product = |field: &str, map: &Option<TextureMap>, factor: f32, most: f32| {
+    let Textures { color, metallic_roughness, emission, normal } = &material.textures;
+    let product = |field: &str, map: Option<&TextureMap>, factor: f32, most: f32| {
         let Some(map) = map else { return Ok(()) };
         if !map.transform.is_finite() {
             let value = format!("{:?}", map.transform.to_cols_array());
@@ -239,8 +248,15 @@ fn validate_textures(object: &Object, material: &Material) -> Result<(), SceneEr
         | Scattering::ThinDielectric { tint: c, .. } => *c,
         Scattering::MetallicRoughness(m) => m.base_color,
     };
-    product("textures.color", color, factor.max_element(), 1.0)?;
-    product("textures.emission", emission, material.emission.max_element(), f32::MAX)?;
+    product("textures.color", color.as_ref(), factor.max_element(), 1.0)?;
+    product("textures.emission", emission.as_ref(), material.emission.max_element(), f32::MAX)?;
+    if let Some(NormalMap { map, scale }) = normal {
+        product("textures.normal", Some(map), 1.0, 1.0)?;
+        object.range("textures.normal.scale", (*scale).into(), -1e6, 1e6)?;
+        if refracts(&material.scattering) {
+            return object.fail("textures.normal", "given", "a surface that does not refract was expected with it");
+        }
+    }
     if metallic_roughness.is_none() {
         return Ok(());
     }
@@ -254,7 +270,7 @@ fn validate_textures(object: &Object, material: &Material) -> Result<(), SceneEr
     if m.transmission > 0.0 {
         return object.fail("transmission", m.transmission, "0 was expected beside textures.metallic_roughness");
     }
-    product("textures.metallic_roughness", metallic_roughness, m.roughness.max(m.metallic), 1.0)
+    product("textures.metallic_roughness", metallic_roughness.as_ref(), m.roughness.max(m.metallic), 1.0)
 }
 
 /// Row by row, as the C interface has it.

@@ -7,8 +7,8 @@ use super::place::{self, bounding_sphere, place, reserve};
 use super::textured::{self, Textured, textured};
 use super::{SceneError, fingerprint, rebase, validate};
 use crate::emitter::{Lights, MOST_LIGHTS};
-use crate::geometry::{Shape, Sphere, SurfacePoint};
-use crate::intersect::{self, Backend, BackendError, Intersector};
+use crate::geometry::{Ray, Shape, Sphere, SurfacePoint};
+use crate::intersect::{self, Backend, BackendError, Hit, Intersector};
 use crate::math::Rgb;
 use crate::pool::thread_count;
 use crate::scatter::Bsdf;
@@ -232,11 +232,25 @@ impl World {
         geometry as u64 + self.intersector.memory() + self.glass.memory() + self.lights.memory() + self.texture_memory
     }
 
+    /// The surface at a hit of `ray`, with the shading normal of an image, where there is one.
+    #[inline]
+    pub fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        let shape = &self.shapes[hit.shape as usize];
+        let mut at = shape.surface(ray, hit);
+        if let Some(Some(textured)) = self.textured.get(hit.shape as usize)
+            && let Shape::Mesh(mesh) = shape
+        {
+            at.ns = textured.normal(mesh, &at);
+        }
+        at
+    }
+
     /// The material at a point: `plain`, or one that is made at `place` where there are textures. With the rough refraction
     /// that walks lead through, if `walked`.
     #[inline]
     pub fn bsdf<'a>(&self, plain: &'a Bsdf, at: &SurfacePoint, walked: bool, place: &'a mut Option<Bsdf>) -> &'a Bsdf {
         if let Some(Some(textured)) = self.textured.get(at.shape as usize)
+            && textured.scatters()
             && let Shape::Mesh(mesh) = &self.shapes[at.shape as usize]
         {
             return place.insert(textured.bsdf(mesh, at, walked));

@@ -348,7 +348,7 @@ impl<'w> Tracer<'w> {
                 }
                 return;
             };
-            let at = world.shapes[hit.shape as usize].surface(&walk.ray, &hit);
+            let at = world.surface(&walk.ray, &hit);
 
             // The segment as both subpaths see it: from the positions of its ends.
             let (direction, distance_squared) = if edge.chain == 0 {

@@ -358,6 +358,10 @@ static void material_calls(void) {
     WITH(desc.model, 6, INVALID, caustica_material_set(device, own, &desc));
     WITH(desc.solid, 2, INVALID, caustica_material_create(device, &desc, &material));
     WITH(desc.emission_two_sided, UINT32_MAX, INVALID, caustica_material_create(device, &desc, &material));
+    WITH(desc.reserved, 1, INVALID, caustica_material_create(device, &desc, &material));
+    WITH(desc.normal_scale, NAN, INVALID, caustica_material_create(device, &desc, &material));
+    WITH(desc.normal_texture.id, UINT64_MAX, CAUSTICA_ERROR_INVALID_HANDLE,
+         caustica_material_create(device, &desc, &material));
     WITH(desc.texture_transform[4], INFINITY, INVALID, caustica_material_create(device, &desc, &material));
     WITH(desc.color_texture.id, stale[CAUSTICA_OBJECT_TEXTURE], CAUSTICA_ERROR_INVALID_HANDLE,
          caustica_material_create(device, &desc, &material));

@@ -283,7 +283,12 @@ pub fn textures(b: &mut Builder) {
         absorption: Rgb::ZERO,
     }));
     b.0.materials[shiny].textures =
-        Textures { color: colors.clone(), metallic_roughness: roughness_and_metal, emission: None };
+        Textures { color: colors.clone(), metallic_roughness: roughness_and_metal, ..Textures::default() };
+    let bumps = image(&[0.0, 0.25, 0.5, 0.75].map(|turn: f32| {
+        let (sin, cos) = (turn * std::f32::consts::TAU).sin_cos();
+        Rgb::new(0.5 + 0.2 * cos, 0.5 + 0.2 * sin, 0.95)
+    }));
+    b.0.materials[shiny].textures.normal = bumps.map(|map| NormalMap { map, scale: 0.8 });
     b.quad(Vec3::new(-1.5, 0.25, -2.0), Vec3::X * 3.0, Vec3::Y * 1.5, shiny);
     b.unwrap(|p| [p.x * 0.5, p.y]);
     let lamp = b.emitter(Scattering::Diffuse { reflectance: Rgb::splat(0.25) }, Rgb::splat(6.0));

@@ -94,6 +94,32 @@ fn each_slot_has_its_image_and_its_encoding() {
 }
 
 #[test]
+fn normals() {
+    let material = |extra: Value| {
+        let mut material = json!({"normalTexture": {"index": 0, "scale": 0.5,
+            "extensions": {"KHR_texture_transform": {"scale": [2, 3]}}}});
+        material.as_object_mut().unwrap().extend(extra.as_object().unwrap().clone());
+        let mut builder = with(material, &[data(FOUR)]);
+        builder.json["extensionsUsed"] = json!(["KHR_texture_transform"]);
+        builder
+    };
+    let loaded = material(json!({})).load().unwrap();
+    assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+    let normal = loaded.description.materials[0].textures.normal.clone().expect("a texture");
+    assert_eq!(normal.scale, 0.5);
+    near(normal.map.at(Vec2::new(0.75 / 2.0, 0.75 / 3.0)), [118.0 / 255.0; 3]);
+    assert_eq!(loaded.description.meshes[0].texture_coordinates.len(), 3);
+
+    let glass = json!({"extensions": {"KHR_materials_transmission": {"transmissionFactor": 1},
+        "KHR_materials_volume": {"thicknessFactor": 1}}});
+    let loaded = material(glass).load().unwrap();
+    assert_warns(&loaded, &["material 0: normalTexture is ignored where light is refracted"]);
+    let mut wrong = material(json!({}));
+    wrong.json["materials"][0]["normalTexture"]["extensions"]["KHR_texture_transform"]["scale"] = json!("x");
+    assert!(wrong.error().starts_with("material 0: normalTexture.KHR_texture_transform is"), "{}", wrong.error());
+}
+
+#[test]
 fn colours_are_not_multiplied_by_alpha() {
     let map = color(&with(base_color(json!({"index": 0})), &[data(ALPHA)]));
     near(map.at(Vec2::new(0.25, 0.5)), [1.0, 0.215_861, 0.0]);

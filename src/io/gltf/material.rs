@@ -6,7 +6,7 @@ use super::extras::Caustica;
 use super::texture::{self, Images};
 use crate::math::Rgb;
 use crate::scene::description::{
-    Encoding, Material, Medium, MetallicRoughness, Scattering, Textures, WALKED_ROUGHNESS,
+    Encoding, Material, Medium, MetallicRoughness, NormalMap, Scattering, Textures, WALKED_ROUGHNESS,
 };
 use crate::text::shown;
 use gltf::json::material::AlphaMode;
@@ -109,11 +109,21 @@ fn convert(
     let metallic_roughness = map(&pbr.metallic_roughness_texture, Encoding::Linear, slot, opaque)?;
     let glow = Rgb::from(emission).max_element();
     let emissive = map(&material.emissive_texture, Encoding::Srgb, "emissiveTexture", glow)?;
+    let normal = match &material.normal_texture {
+        Some(normal) if !(solid && model.transmission > 0.0) => {
+            let scale = object.finite("normalTexture.scale", normal.scale)?;
+            let info = Some(texture::info_of_normal(normal, object)?);
+            map(&info, Encoding::Linear, "normalTexture", scale.abs())?.map(|map| NormalMap { map, scale })
+        }
+        _ => None,
+    };
+    if normal.is_none() && solid && model.transmission > 0.0 && material.normal_texture.is_some() {
+        warnings.push(format!("{object}: normalTexture is ignored where light is refracted"));
+    }
     if model.transmission > 0.0 && pbr.metallic_roughness_texture.is_some() {
         warnings.push(format!("{object}: {slot} is ignored where light is transmitted"));
     }
     let textures = [
-        ("normalTexture", material.normal_texture.as_ref().map(|t| t.index)),
         ("occlusionTexture", material.occlusion_texture.as_ref().map(|t| t.index)),
         ("transmissionTexture", index(&transmission.transmission_texture)),
         ("thicknessTexture", index(&volume.thickness_texture)),
@@ -137,7 +147,7 @@ fn convert(
     let material = Material {
         name: object.label(),
         scattering: with_exterior(model, material, object, warnings)?,
-        textures: Textures { color, metallic_roughness, emission: emissive },
+        textures: Textures { color, metallic_roughness, emission: emissive, normal },
         emission: emission.into(),
         emission_two_sided: material.double_sided,
         walked_roughness: WALKED_ROUGHNESS,

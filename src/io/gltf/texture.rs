@@ -9,6 +9,7 @@ use crate::scene::description::{Encoding, Filter, Texture, TextureMap, Wrap};
 use crate::text::shown;
 use glam::{Affine2, Mat2, Vec2};
 use gltf::json::extensions::texture::TextureTransform;
+use gltf::json::material::NormalTexture;
 use gltf::json::texture::{self, Info, MagFilter, Sampler, WrappingMode};
 use gltf::json::validation::Checked;
 use gltf::json::{self, Index};
@@ -94,6 +95,23 @@ impl<'a> Images<'a> {
             source,
         })
     }
+}
+
+/// A normal texture as any other. Its typed extensions are the JSON's.
+pub(super) fn info_of_normal(normal: &NormalTexture, from: &Object) -> Result<Info, GltfError> {
+    let others = normal.extensions.clone().unwrap_or_default().others;
+    let texture_transform = match others.get("KHR_texture_transform") {
+        Some(value) => Some(serde_json::from_value(value.clone()).map_err(|error| {
+            from.invalid(
+                "normalTexture.KHR_texture_transform",
+                value,
+                format!("of another form was expected ({error})"),
+            )
+        })?),
+        None => None,
+    };
+    let extensions = Some(gltf::json::extensions::texture::Info { texture_transform, others });
+    Ok(Info { index: normal.index, tex_coord: normal.tex_coord, extensions, extras: Default::default() })
 }
 
 /// The set of texture coordinates that is asked for.
