@@ -437,6 +437,14 @@ mutation("texture: a lamp without its image", "src/emitter/light.rs",
          "mesh(shapes, l.shape).map_or(Rgb::ZERO, |m| glow.at(m, s)) * radiance(&l.emission)",
          "mesh(shapes, l.shape).map_or(Rgb::ZERO, |_| Rgb::splat(glow.map.at(glam::Vec2::ZERO).x)) * radiance(&l.emission)",
          ("textures", "emission"))
+mutation("normal map: down is up", "src/scene/textured.rs",
+         "let up = up * -1f32.copysign(up.dot(down));",
+         "let up = up * 1f32.copysign(up.dot(down));",
+         ("textures", "normals"))
+mutation("normal map: mirrored images are not", "src/geometry/mesh.rs",
+         "let sign = d1.perp_dot(d2).signum();",
+         "let sign = 1.0;",
+         ("textures", "normals"))
 mutation("texture: connections see the factors", "src/scene/textured.rs",
          "if material.textures.scatter() { bsdf.varying() } else { bsdf }",
          "bsdf",
