@@ -13,6 +13,11 @@ pub(crate) const FOUR: &str =
 /// PNG, 2 x 1, with alpha: (255, 128, 0), which is transparent, and (10, 20, 30).
 const ALPHA: &str =
     "iVBORw0KGgoAAAANSUhEUgAAAAIAAAABCAYAAAD0In+KAAAAEUlEQVR42mP438DAwCUi9x8ADSACuxntEH4AAAAASUVORK5CYII=";
+/// PNG, 1 x 1, 16 bits: 0x8000, 0xffff, 0.
+const DEEP: &str = "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABEAIAAADA54+dAAAAD0lEQVR42mNoYPj/n4EBAAoAAn+Iv13qAAAAAElFTkSuQmCC";
+/// PNG, 2 x 1, grey, 8 bits: 118, 255.
+const ONE_CHANNEL: &str =
+    "iVBORw0KGgoAAAANSUhEUgAAAAIAAAABCAAAAADRSSBWAAAAC0lEQVR42mMo+w8AAe4BdgMU9YcAAAAASUVORK5CYII=";
 /// 118 / 255 by the transfer function of sRGB.
 const GREY: f32 = 0.181_164;
 
@@ -123,6 +128,16 @@ fn normals() {
 fn colours_are_not_multiplied_by_alpha() {
     let map = color(&with(base_color(json!({"index": 0})), &[data(ALPHA)]));
     near(map.at(Vec2::new(0.25, 0.5)), [1.0, 0.215_861, 0.0]);
+}
+
+#[test]
+fn other_kinds_of_png() {
+    let map = |image| color(&with(base_color(json!({"index": 0})), &[data(image)]));
+    near(map(DEEP).at(Vec2::splat(0.5)), [0.214_058, 1.0, 0.0]);
+    assert_eq!(map(DEEP).texture.memory(), 12);
+    near(map(ONE_CHANNEL).at(Vec2::new(0.25, 0.5)), [GREY; 3]);
+    near(map(ONE_CHANNEL).at(Vec2::new(0.75, 0.5)), [1.0; 3]);
+    assert_eq!(map(ONE_CHANNEL).texture.memory(), 6);
 }
 
 #[test]

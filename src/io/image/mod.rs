@@ -32,6 +32,7 @@ pub use texture::{decode_texture, read_texture};
 
 use crate::math::{Rgb, srgb};
 use crate::render::Image;
+use crate::scene::description::Encoding;
 use error::Failure;
 use picture::Picture;
 use std::path::Path;
@@ -171,27 +172,44 @@ fn decode(format: Format, bytes: &[u8]) -> Result<Image, Failure> {
         return openexr::decode(bytes);
     }
     let stored = oiio::decode(format, bytes)?;
-    let linear = |x: f32| if stored.bits > 0 { srgb::decode(x) } else { x };
-    let mut pixels = room(stored.pixels().len())?;
-    pixels.extend(stored.pixels().map(|c| Rgb::from_array(c.map(linear))));
+    let pixels = stored.linear(Encoding::Srgb)?;
     Ok(Image { width: stored.width, height: stored.height, pixels })
 }
 
-/// An image as its file has it, integers from 0 to 1.
+/// An image as its file has it.
 struct Stored {
     width: u32,
     height: u32,
     /// 1 for grey, else 3.
     channels: u32,
-    /// Of an integer; 0 for floats.
-    bits: u32,
-    samples: Vec<f32>,
+    samples: StoredSamples,
+}
+
+enum StoredSamples {
+    Bytes(Vec<u8>),
+    /// Of more bits, from 0 to 1.
+    Integers(Vec<f32>),
+    Floats(Vec<f32>),
 }
 
 impl Stored {
-    fn pixels(&self) -> impl ExactSizeIterator<Item = [f32; 3]> {
+    /// `encoding` says what integers mean; floats are linear.
+    fn linear(&self, encoding: Encoding) -> Result<Vec<Rgb>, Failure> {
+        let decode = |x: f32| if encoding == Encoding::Srgb { srgb::decode(x) } else { x };
+        match &self.samples {
+            StoredSamples::Bytes(samples) => self.pixels(samples, |x| decode(f32::from(x) / 255.0)),
+            StoredSamples::Integers(samples) => self.pixels(samples, decode),
+            StoredSamples::Floats(samples) => self.pixels(samples, |x| x),
+        }
+        .map(|pixels| pixels.into_iter().map(Rgb::from_array).collect())
+    }
+
+    fn pixels<T: Copy, U: Copy>(&self, samples: &[T], convert: impl Fn(T) -> U) -> Result<Vec<[U; 3]>, Failure> {
         let channels = self.channels.max(1) as usize;
-        self.samples.chunks_exact(channels).map(|c| if let [r, g, b] = *c { [r, g, b] } else { [c[0]; 3] })
+        let mut pixels = room(samples.len() / channels)?;
+        let pixel = |c: &[T]| if let [r, g, b] = *c { [r, g, b] } else { [c[0]; 3] };
+        pixels.extend(samples.chunks_exact(channels).map(|c| pixel(c).map(&convert)));
+        Ok(pixels)
     }
 }
 

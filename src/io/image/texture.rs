@@ -1,8 +1,8 @@
 //! Images on surfaces.
 
 use super::error::Failure;
-use super::{Format, ImageError, load, oiio, openexr, room};
-use crate::math::{Rgb, srgb};
+use super::{Format, ImageError, StoredSamples, load, oiio, openexr};
+use crate::math::Rgb;
 use crate::scene::description::{Encoding, Texture};
 use std::path::Path;
 
@@ -28,16 +28,16 @@ fn texture(format: Format, bytes: &[u8], encoding: Encoding) -> Result<Texture, 
         return floats(image.width, image.height, image.pixels);
     }
     let stored = oiio::decode(format, bytes)?;
-    if stored.bits == 8 {
-        let mut texels = room(stored.pixels().len())?;
-        texels.extend(stored.pixels().map(|c| c.map(|x| (x * 255.0).round() as u8)));
-        return Texture::of_bytes(stored.width as usize, stored.height as usize, texels, encoding)
-            .map_err(|error| Failure::Unsupported(error.to_string()));
+    match &stored.samples {
+        StoredSamples::Bytes(samples) => {
+            let texels = stored.pixels(samples, |x| x)?;
+            Texture::of_bytes(stored.width as usize, stored.height as usize, texels, encoding)
+                .map_err(|error| Failure::Unsupported(error.to_string()))
+        }
+        StoredSamples::Integers(_) | StoredSamples::Floats(_) => {
+            floats(stored.width, stored.height, stored.linear(encoding)?)
+        }
     }
-    let linear = |x: f32| if stored.bits > 0 && encoding == Encoding::Srgb { srgb::decode(x) } else { x };
-    let mut texels = room(stored.pixels().len())?;
-    texels.extend(stored.pixels().map(|c| Rgb::from_array(c.map(linear))));
-    floats(stored.width, stored.height, texels)
 }
 
 fn floats(width: u32, height: u32, texels: Vec<Rgb>) -> Result<Texture, Failure> {

@@ -10,7 +10,7 @@ mod module;
 
 use super::metadata::{REC709, SOFTWARE, Value};
 use super::picture::{Picture, Samples};
-use super::{Failure, Format, Metadata, Stored, plausible_pixels, room};
+use super::{Failure, Format, Metadata, Stored, StoredSamples, plausible_pixels, room};
 use module::{CAttribute, CHeader, CPicture, Kind, Sample};
 use std::ffi::{CStr, CString, c_char, c_void};
 
@@ -66,7 +66,12 @@ pub(super) fn encode(format: Format, picture: &Picture, metadata: &Metadata) -> 
 pub(super) fn decode(format: Format, file: &[u8]) -> Result<Stored, Failure> {
     let module = module::get()?;
     let name = c_string(format.name())?;
-    let mut decoded = Decoded { file: file.len(), ..Decoded::default() };
+    let mut decoded = Decoded {
+        file: file.len(),
+        header: CHeader::default(),
+        samples: StoredSamples::Floats(Vec::new()),
+        refusal: None,
+    };
     let called = call(|message, capacity| {
         // SAFETY: `name`, `file` and `decoded` outlive the call; the length is the file's; `buffer`
         // takes `decoded` as its context.
@@ -86,50 +91,54 @@ pub(super) fn decode(format: Format, file: &[u8]) -> Result<Stored, Failure> {
         return Err(refusal);
     }
     called?;
-    let CHeader { width, height, channels, bits } = decoded.header;
-    let stored = |n: i32| n.unsigned_abs();
-    Ok(Stored {
-        width: stored(width),
-        height: stored(height),
-        channels: stored(channels),
-        bits: stored(bits),
-        samples: decoded.samples,
-    })
+    let CHeader { width, height, channels, .. } = decoded.header;
+    let [width, height, channels] = [width, height, channels].map(i32::unsigned_abs);
+    Ok(Stored { width, height, channels, samples: decoded.samples })
 }
 
 /// What the module fills while it decodes.
-#[derive(Default)]
 struct Decoded {
     /// Bytes of the file.
     file: usize,
     header: CHeader,
-    samples: Vec<f32>,
+    samples: StoredSamples,
     refusal: Option<Failure>,
 }
 
 /// Makes room for the samples; null, and a refusal, if that cannot be.
-extern "C" fn buffer(context: *mut c_void, header: *const CHeader) -> *mut f32 {
+extern "C" fn buffer(context: *mut c_void, header: *const CHeader) -> *mut c_void {
     // SAFETY: `decode` passes a `Decoded` that nobody else holds during the call, and the module a
     // header that lives until this returns.
     let (decoded, header) = unsafe { (&mut *context.cast::<Decoded>(), *header) };
     let size = |n: i32| usize::try_from(n).unwrap_or(0);
     let made = plausible_pixels(size(header.width), size(header.height), decoded.file).and_then(|pixels| {
         let n = pixels.checked_mul(size(header.channels)).ok_or(Failure::OutOfMemory)?;
-        let mut samples = room(n)?;
-        samples.resize(n, 0.0);
-        Ok(samples)
+        Ok(match header.bits {
+            8 => StoredSamples::Bytes(filled(n)?),
+            0 => StoredSamples::Floats(filled(n)?),
+            _ => StoredSamples::Integers(filled(n)?),
+        })
     });
     match made {
         Ok(samples) => {
             decoded.header = header;
             decoded.samples = samples;
-            decoded.samples.as_mut_ptr()
+            match &mut decoded.samples {
+                StoredSamples::Bytes(samples) => samples.as_mut_ptr().cast(),
+                StoredSamples::Integers(samples) | StoredSamples::Floats(samples) => samples.as_mut_ptr().cast(),
+            }
         }
         Err(refusal) => {
             decoded.refusal = Some(refusal);
             std::ptr::null_mut()
         }
     }
+}
+
+fn filled<T: Clone + Default>(n: usize) -> Result<Vec<T>, Failure> {
+    let mut values = room(n)?;
+    values.resize(n, T::default());
+    Ok(values)
 }
 
 /// Takes the whole encoded file; not 0 if there is no memory for it.

@@ -63,7 +63,7 @@ pub(super) struct CHeader {
 }
 
 type Sink = extern "C" fn(*mut c_void, *const u8, usize) -> i32;
-type Buffer = extern "C" fn(*mut c_void, *const CHeader) -> *mut f32;
+type Buffer = extern "C" fn(*mut c_void, *const CHeader) -> *mut c_void;
 type Interface = unsafe extern "C" fn(*mut *const c_char) -> u32;
 type Encode = unsafe extern "C" fn(
     *const c_char,

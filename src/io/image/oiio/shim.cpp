@@ -44,7 +44,7 @@ struct Header {
 };
 
 using Sink   = int32_t (*)(void* context, const uint8_t* data, size_t size);
-using Buffer = float* (*)(void* context, const Header* header);
+using Buffer = void* (*)(void* context, const Header* header);
 
 // Runs `body`; 0 if it returned, else 1 with the reason, cut to fit, in `message`.
 template<class Body> int32_t guarded(char* message, size_t capacity, Body&& body) noexcept
@@ -184,7 +184,7 @@ EXPORT int32_t caustica_oiio_encode(const char* format, const Picture* picture, 
 }
 
 // Decodes a file of `format` (OpenImageIO's name) that lies in memory. `buffer` is told the header and
-// returns room for width * height * channels floats, or null to stop.
+// returns room for width * height * channels samples, bytes if they have 8 bits, else floats, or null to stop.
 EXPORT int32_t caustica_oiio_decode(const char* format, const uint8_t* data, size_t size, Buffer buffer, void* context,
                                     char* message, size_t capacity) noexcept
 {
@@ -211,10 +211,11 @@ EXPORT int32_t caustica_oiio_decode(const char* format, const uint8_t* data, siz
         Header header { spec.width, spec.height, spec.nchannels < 3 ? 1 : 3, bits };
         if (header.width < 1 || header.height < 1 || spec.depth > 1 || spec.nchannels < 1)
             fail("not a flat picture");
-        float* room = buffer(context, &header);
+        void* room = buffer(context, &header);
         if (!room)
             fail("stopped by the caller");
-        if (!in->read_image(0, 0, 0, header.channels, OIIO::TypeDesc::FLOAT, room) || in->has_error())
+        auto type = bits == 8 ? OIIO::TypeDesc::UINT8 : OIIO::TypeDesc::FLOAT;
+        if (!in->read_image(0, 0, 0, header.channels, type, room) || in->has_error())
             fail(in->geterror());
         in->close();
     });
