@@ -45,12 +45,12 @@
  *             "callback-safe" may be called; the others give CAUSTICA_ERROR_WRONG_STATE.
  * Fork.       A child cannot use the devices of its parent and gets an error. It may create its own
  *             unless another thread of the parent was inside this library at the fork. After a commit
- *             on several threads or the first .png, .tif, .jpg or .hdr of the parent, the child must end
- *             by _exit or exec: what TBB and OpenImageIO do at exit waits for threads it has not.
+ *             on several threads or the first .png, .tif, .jpg or .hdr of the parent, also inside a
+ *             scene file, the child must end by _exit or exec: what TBB and OpenImageIO do at exit waits for threads it has not.
  * Unloading.  The library stays in the process after dlclose. No thread of it is left after the release
  *             of the last device; Embree's commits on several threads leave idle workers of TBB, and
- *             the first .png, .tif, .jpg or .hdr loads OpenImageIO with its libraries and threads: these
- *             belong to the process.
+ *             the first .png, .tif, .jpg or .hdr, also inside a scene file, loads OpenImageIO with its
+ *             libraries and threads: these belong to the process.
  */
 #ifndef CAUSTICA_H
 #define CAUSTICA_H
@@ -614,7 +614,7 @@ typedef struct caustica_statistics {
     uint32_t first_non_finite_sample; /* UINT32_MAX if there is none */
     double commit_seconds;      /* of the snapshot */
     double render_seconds;
-    uint64_t scene_bytes;       /* geometry and acceleration structure */
+    uint64_t scene_bytes;       /* geometry, acceleration structure and images */
     uint64_t film_bytes;
     uint32_t threads;
     float noise;                /* estimated relative standard error; NaN if unknown */

@@ -56,6 +56,8 @@ fn the_same_rays_hit_the_same() {
         .expect("the scenes")
         .filter_map(|e| e.ok()?.file_name().into_string().ok())
         .filter(|name| name.ends_with(".glb"))
+        // Their images are read by OpenImageIO.
+        .filter(|name| cfg!(feature = "oiio") || !name.starts_with("stained_glass"))
         .collect();
     scenes.sort();
     assert!(scenes.len() >= 7, "scenes are missing: {scenes:?}");

@@ -116,7 +116,7 @@ mutation("t = 1: direct light by the number of vertices", "src/transport/connect
          "weight::light_image(vertex.first && vertex.edge.sure)", "weight::light_image(j == 0 && vertex.edge.sure)",
          ("weights", ""))
 mutation("no check: factor of the light image", "src/transport/edge.rs",
-         "let smooth = |shape: &u32| self.material(*shape).walked_refraction().is_some_and(|r| r.alpha == 0.0);",
+         "let smooth = |shape: &u32| self.factors(*shape).walked_refraction().is_some_and(|r| r.alpha == 0.0);",
          "let smooth = |_: &u32| true;", ("weights", ""))
 mutation("few steps: density of the camera across a chain", "src/transport/edge.rs",
          "self.leave(edge, walk, departure, None, at.position());\n        if exact {",
@@ -423,7 +423,7 @@ mutation("texture: green and blue change places", "src/scene/textured.rs",
          ("textures", "roughness_and_metal"))
 mutation("texture: the color of glass is left out of walks", "src/transport/caustic.rs",
          "let refraction = self.bsdf(at, &mut None).walked_refraction().ok_or(None)?;",
-         "let refraction = self.material(at.shape).walked_refraction().ok_or(None)?;",
+         "let refraction = self.factors(at.shape).walked_refraction().ok_or(None)?;",
          ("caustic", "textures_and_stained_glass"))
 mutation("texture: of another point", "src/geometry/mesh.rs",
          "let u = inside(d.cross(e2).dot(m) * scale, 1.0);",

@@ -20,10 +20,13 @@ fn original(name: &str) -> Vec<u8> {
 /// The n-th damage: cut off, bytes changed, a number of the JSON made absurd, or a stretch of the
 /// vertex data filled with NaN or infinity.
 fn damaged(n: u32) -> Vec<u8> {
-    let mut bytes = original(["cornell.glb", "glass_sphere.glb", "slab.glb", "furnace.glb"][(n % 4) as usize]);
+    // Without OpenImageIO there are no images to be damaged.
+    let names = ["cornell.glb", "glass_sphere.glb", "slab.glb", "furnace.glb", "stained_glass.glb"];
+    let count = if cfg!(feature = "oiio") { 5 } else { 4 };
+    let mut bytes = original(names[(n % count) as usize]);
     let mut s = Sampler::new(99, n, 0, Stream::Camera);
     let mut below = |k: usize| (s.next_1d() * k as f32) as usize;
-    match n / 4 % 5 {
+    match n / count % 5 {
         0 => bytes.truncate(below(bytes.len())),
         1 => {
             for _ in 0..1 + below(8) {

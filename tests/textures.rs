@@ -202,7 +202,9 @@ fn what_is_wrong_is_named() {
     };
     let b = floor(image(&[Rgb::splat(1.5)]));
     assert!(
-        error(&b).contains("material 0 'material 0': textures.color is 0.8 times an image of up to 1.5"),
+        error(&b).contains(
+            "material 0 'material 0': textures.color is (0.8, 0.8, 0.8) times an image of up to (1.5, 1.5, 1.5)"
+        ),
         "{}",
         error(&b)
     );
@@ -254,4 +256,7 @@ fn fingerprints() {
     hashes.sort();
     hashes.dedup();
     assert_eq!(hashes.len(), 5);
+    let (plain, other) = (floor(None).commit(), floor(image(&[Rgb::ONE])));
+    let after = World::commit_after(Some(&plain), &other.0, CommitOptions::default()).expect("a valid scene");
+    assert!(std::sync::Arc::ptr_eq(&plain.shapes, &after.shapes));
 }

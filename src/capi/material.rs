@@ -111,17 +111,17 @@ impl Material {
     }
 
     /// Its values now.
-    pub(super) fn describe(&self) -> Result<description::Material, Failure> {
+    pub(super) fn describe(&self, seen: &mut super::texture::Textures) -> Result<description::Material, Failure> {
         let (mut state, bound) = self.state.lock().map_err(|_| self.broken())?.clone();
-        let map = |texture: &Option<Arc<Texture>>| texture.as_ref().map(|texture| texture.map(bound.transform));
+        let mut map = |texture: &Arc<Texture>| seen.map(texture, bound.transform);
         let Textures { color, metallic_roughness, emission, normal } = &mut state.textures;
         for (place, texture) in
             [(color, &bound.color), (metallic_roughness, &bound.metallic_roughness), (emission, &bound.emission)]
         {
-            *place = map(texture).or(place.take());
+            *place = texture.as_ref().map(&mut map).or(place.take());
         }
         if let Some((texture, scale)) = &bound.normal {
-            *normal = Some(NormalMap { map: texture.map(bound.transform), scale: *scale });
+            *normal = Some(NormalMap { map: map(texture), scale: *scale });
         }
         Ok(state)
     }

@@ -11,6 +11,7 @@ use super::light::Light;
 use super::material::Material;
 use super::mesh::Mesh;
 use super::pointer::{Out, OutStruct, Sized32};
+use super::texture::Textures;
 use crate::scene::description::{self, Description, Environment};
 use crate::scene::{CommitOptions, World};
 use crate::transport::limits::limits;
@@ -202,6 +203,7 @@ fn describe(contents: &Contents) -> Result<(Description, Origins), Failure> {
     let mut origins = Origins::default();
     let mut meshes: HashMap<*const Mesh, usize> = HashMap::new();
     let mut materials: HashMap<*const Material, usize> = HashMap::new();
+    let mut textures = Textures::default();
     for instance in contents.instances.values() {
         let placement = instance.placement()?.clone();
         let geometry = match &instance.geometry {
@@ -219,7 +221,7 @@ fn describe(contents: &Contents) -> Result<(Description, Origins), Failure> {
         let next = description.materials.len();
         let material = *materials.entry(Arc::as_ptr(&placement.material)).or_insert(next);
         if material == next {
-            description.materials.push(placement.material.describe()?);
+            description.materials.push(placement.material.describe(&mut textures)?);
             origins.materials.push(placement.material.id);
         }
         let (name, transform) = (instance.name.clone(), placement.transform);

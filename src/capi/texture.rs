@@ -10,6 +10,7 @@ use crate::io::image::read_texture;
 use crate::math::Rgb;
 use crate::scene::description::{self, Encoding, Filter, TextureError, TextureMap, Wrap};
 use glam::Affine2;
+use std::collections::HashMap;
 use std::ffi::c_void;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -81,12 +82,17 @@ impl Kind for Texture {
     const PLURAL: &'static str = "textures";
 }
 
-impl Texture {
-    /// As it is now, found by transformed coordinates.
-    pub(super) fn map(&self, transform: Affine2) -> TextureMap {
+/// Textures as a commit first saw them: all materials of a snapshot have the same.
+#[derive(Default)]
+pub(super) struct Textures(HashMap<*const Texture, TextureMap>);
+
+impl Textures {
+    /// A texture, found by transformed coordinates.
+    pub(super) fn map(&mut self, texture: &Arc<Texture>, transform: Affine2) -> TextureMap {
         // The lock is held for an assignment or a copy of a pointer only, which cannot panic.
-        let map = self.map.lock().unwrap_or_else(PoisonError::into_inner);
-        TextureMap { transform, ..map.clone() }
+        let now = || texture.map.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let seen = self.0.entry(Arc::as_ptr(texture)).or_insert_with(now);
+        TextureMap { transform, ..seen.clone() }
     }
 }
 

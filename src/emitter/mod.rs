@@ -127,6 +127,8 @@ impl Lights {
             })
         };
 
+        let glows = materials.iter().filter(|(material, mesh)| material.textures.emission.is_some() && mesh.is_some());
+        let points = glow::points(glows.count());
         let of_shape = (0u32..)
             .zip(shapes.iter().zip(materials))
             .map(|(i, (shape, (material, mesh)))| {
@@ -135,7 +137,7 @@ impl Lights {
                     None
                 } else {
                     let glow = material.textures.emission.as_ref().zip(*mesh);
-                    let glow = glow.map(|(map, mesh)| Arc::new(Glow { map: map.clone(), mesh: mesh.clone() }));
+                    let glow = glow.map(|(map, mesh)| Arc::new(Glow { map: map.clone(), mesh: mesh.clone(), points }));
                     Light::of_shape(i, shape, emission, glow).and_then(&mut add)
                 }
             })

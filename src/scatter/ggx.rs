@@ -3,6 +3,7 @@
 //!
 //! Local frame: the macroscopic normal is +z; `wo` and microfacet normals have z > 0.
 
+use crate::scene::description::LEAST_TEXTURED_ROUGHNESS;
 use glam::{Vec2, Vec3};
 use std::f32::consts::PI;
 
@@ -11,6 +12,8 @@ use std::f32::consts::PI;
 /// The half vector of two f32 directions is off by about 1e-7, and `D` changes by a share of up to
 /// `2/alpha` per unit of it: 2e-4 here, and 2e-3, visible in densities, ten times below.
 pub(super) const MIN_ALPHA: f32 = 1e-3;
+
+const _: () = assert!(LEAST_TEXTURED_ROUGHNESS * LEAST_TEXTURED_ROUGHNESS >= MIN_ALPHA);
 
 /// The distribution; `alpha` is the square of the perceptual roughness.
 #[derive(Clone, Copy, Debug)]

@@ -155,7 +155,7 @@ pub struct NormalMap {
     pub scale: f32,
 }
 
-/// A surface is a mirror everywhere or nowhere: whether connections may evaluate it is a property of the material.
+/// No image makes a mirror of what is rough, nor the other way round: what is decided for a whole material hangs on that.
 pub const LEAST_TEXTURED_ROUGHNESS: f32 = 0.032;
 
 /// Default of [`Material::walked_roughness`]. At 0.1 walks lower the error of caustics (at equal time, ball

@@ -24,10 +24,10 @@ impl Textured {
     #[inline(never)]
     pub(super) fn bsdf(&self, placed: &Mesh, at: &SurfacePoint, walked: bool) -> Bsdf {
         let bsdf = Bsdf::new(&scattering(&self.material, self.coordinates(placed, at)));
-        match bsdf.walked(self.material.walked_roughness).filter(|_| walked) {
-            Some(walked) => walked,
-            None => bsdf,
+        if !walked {
+            return bsdf;
         }
+        bsdf.walked(self.material.walked_roughness).unwrap_or(bsdf)
     }
 }
 
@@ -120,11 +120,19 @@ pub(super) fn warnings(d: &Description, meshes: &[Arc<MeshDescription>], warning
     }
 }
 
-/// Bytes of all textures, each counted once.
-pub(super) fn memory<'a>(materials: impl Iterator<Item = &'a Textures>) -> u64 {
-    let mut seen = HashSet::new();
-    let maps = materials.flat_map(Textures::all);
-    maps.filter(|map| seen.insert(Arc::as_ptr(&map.texture))).map(|map| map.texture.memory()).sum()
+/// Bytes of the textures and texture coordinates that instances show, each counted once.
+pub(super) fn memory(d: &Description, meshes: &[Arc<MeshDescription>]) -> u64 {
+    let (mut seen, mut seen_meshes, mut bytes) = (HashSet::new(), HashSet::new(), 0);
+    for instance in &d.instances {
+        let textures = &d.materials[instance.material].textures;
+        let Some(mesh) = coordinates(instance.geometry, meshes).filter(|_| textures.any()) else { continue };
+        if seen_meshes.insert(Arc::as_ptr(mesh)) {
+            bytes += size_of_val(&mesh.texture_coordinates[..]) as u64;
+        }
+        let new = textures.all().filter(|map| seen.insert(Arc::as_ptr(&map.texture)));
+        bytes += new.map(|map| map.texture.memory()).sum::<u64>();
+    }
+    bytes
 }
 
 /// The material at texture coordinates.

@@ -217,6 +217,10 @@ fn validate_scattering(object: &Object, scattering: &Scattering) -> Result<(), S
     }
 }
 
+fn shown(c: Rgb) -> String {
+    format!("({}, {}, {})", c.x, c.y, c.z)
+}
+
 /// Whether it bounds a medium.
 fn refracts(scattering: &Scattering) -> bool {
     match scattering {
@@ -228,15 +232,15 @@ fn refracts(scattering: &Scattering) -> bool {
 
 fn validate_textures(object: &Object, material: &Material) -> Result<(), SceneError> {
     let Textures { color, metallic_roughness, emission, normal } = &material.textures;
-    let product = |field: &str, map: Option<&TextureMap>, factor: f32, most: f32| {
+    let product = |field: &str, map: Option<&TextureMap>, factor: Rgb, most: f32| {
         let Some(map) = map else { return Ok(()) };
         if !map.transform.is_finite() {
             let value = format!("{:?}", map.transform.to_cols_array());
             return object.fail(format!("{field}.transform"), value, "finite numbers were expected");
         }
         let largest = map.texture.largest();
-        if !(factor * largest <= most) {
-            let value = format!("{factor} times an image of up to {largest}");
+        if !((factor * largest).max_element() <= most) {
+            let value = format!("{} times an image of up to {}", shown(factor), shown(largest));
             return object.fail(field, value, &format!("a product of at most {} was expected", short(most.into())));
         }
         Ok(())
@@ -248,10 +252,10 @@ fn validate_textures(object: &Object, material: &Material) -> Result<(), SceneEr
         | Scattering::ThinDielectric { tint: c, .. } => *c,
         Scattering::MetallicRoughness(m) => m.base_color,
     };
-    product("textures.color", color.as_ref(), factor.max_element(), 1.0)?;
-    product("textures.emission", emission.as_ref(), material.emission.max_element(), f32::MAX)?;
+    product("textures.color", color.as_ref(), factor, 1.0)?;
+    product("textures.emission", emission.as_ref(), material.emission, f32::MAX)?;
     if let Some(NormalMap { map, scale }) = normal {
-        product("textures.normal", Some(map), 1.0, 1.0)?;
+        product("textures.normal", Some(map), Rgb::ONE, 1.0)?;
         object.range("textures.normal.scale", (*scale).into(), -1e6, 1e6)?;
         if refracts(&material.scattering) {
             return object.fail("textures.normal", "given", "a surface that does not refract was expected with it");
@@ -270,7 +274,7 @@ fn validate_textures(object: &Object, material: &Material) -> Result<(), SceneEr
     if m.transmission > 0.0 {
         return object.fail("transmission", m.transmission, "0 was expected beside textures.metallic_roughness");
     }
-    product("textures.metallic_roughness", metallic_roughness.as_ref(), m.roughness.max(m.metallic), 1.0)
+    product("textures.metallic_roughness", metallic_roughness.as_ref(), Rgb::new(0.0, m.roughness, m.metallic), 1.0)
 }
 
 /// Row by row, as the C interface has it.

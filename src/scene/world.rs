@@ -61,7 +61,7 @@ pub struct World {
     pub bsdfs: Vec<Bsdf>,
     /// What varies over each shape; empty if nothing does.
     textured: Vec<Option<Textured>>,
-    /// Bytes of textures.
+    /// Bytes of textures and their coordinates.
     texture_memory: u64,
     /// The media that each material separates, if it refracts.
     pub boundaries: Vec<Option<Boundary>>,
@@ -178,7 +178,7 @@ impl World {
             shape_material,
             bsdfs,
             textured: textured(description, meshes),
-            texture_memory: textured::memory(description.materials.iter().map(|m| &m.textures)),
+            texture_memory: textured::memory(description, meshes),
             boundaries,
             media,
             lights: Arc::new(lights),

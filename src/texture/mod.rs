@@ -64,7 +64,7 @@ pub struct Texture {
     width: usize,
     height: usize,
     texels: Texels,
-    largest: f32,
+    largest: Rgb,
     hash: u64,
 }
 
@@ -99,25 +99,25 @@ impl Texture {
             Encoding::Srgb => &*SRGB,
             Encoding::Linear => &*LINEAR,
         };
-        let mut largest = 0;
+        let mut largest = [0; 3];
         for texel in &texels {
-            largest = texel.iter().fold(largest, |a, &b| a.max(b));
+            largest = [0, 1, 2].map(|c| texel[c].max(largest[c]));
             hash.triple(texel.map(u32::from));
         }
         hash.bytes(&[encoding as u8]);
-        let largest = table[usize::from(largest)];
+        let largest = Rgb::from_array(largest.map(|code| table[usize::from(code)]));
         Ok(Texture { width, height, texels: Texels::Bytes(texels, table), largest, hash: hash.value() })
     }
 
     /// From `width * height` texels, linear Rec. 709.
     pub fn of_floats(width: usize, height: usize, texels: Vec<Rgb>) -> Result<Texture, TextureError> {
         let mut hash = start(width, height, texels.len())?;
-        let mut largest = 0.0f32;
+        let mut largest = Rgb::ZERO;
         for (i, &value) in texels.iter().enumerate() {
             if !(value.is_finite() && value.min_element() >= 0.0) {
                 return Err(TextureError::Texel { x: i % width, y: i / width, value });
             }
-            largest = largest.max(value.max_element());
+            largest = largest.max(value);
             hash.triple(value.to_array().map(f32::to_bits));
         }
         Ok(Texture { width, height, texels: Texels::Floats(texels), largest, hash: hash.value() })
@@ -128,8 +128,8 @@ impl Texture {
         (self.width, self.height)
     }
 
-    /// The largest number of any channel.
-    pub fn largest(&self) -> f32 {
+    /// The largest number of each channel.
+    pub fn largest(&self) -> Rgb {
         self.largest
     }
 

@@ -89,14 +89,13 @@ impl Tracer<'_> {
     /// Scattering at a vertex between its `wo` and `w`, with the densities of this tracer's subpaths.
     #[inline(always)]
     pub fn evaluate(&self, vertex: &Vertex, w: Vec3, mode: TransportMode) -> Evaluation {
-        match self.material(vertex.at.shape).evaluate_lambert(&vertex.at, vertex.wo, w) {
-            Some(e) if !(vertex.aimed > 0.0) => e,
-            _ => self.evaluate_any(vertex, w, mode),
-        }
+        let plain = self.factors(vertex.at.shape);
+        let lambert = if vertex.aimed > 0.0 { None } else { plain.evaluate_lambert(&vertex.at, vertex.wo, w) };
+        lambert.unwrap_or_else(|| self.evaluate_any(vertex, w, mode))
     }
 
     fn evaluate_any(&self, vertex: &Vertex, w: Vec3, mode: TransportMode) -> Evaluation {
-        let mut e = self.material_of(vertex, mode).evaluate(&vertex.at, vertex.wo, w, mode);
+        let mut e = self.material(vertex, mode).evaluate(&vertex.at, vertex.wo, w, mode);
         if vertex.aimed > 0.0
             && e.f != Rgb::ZERO
             && let Some(aim) = &self.aim

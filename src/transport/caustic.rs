@@ -161,18 +161,17 @@ impl Tracer<'_> {
         let vertices = crossings.iter().zip(chain.vertices());
         let stops = vertices.map(|(crossing, vertex)| refractors.surface_point(crossing.interface, vertex));
         let (mut transmittance, mut probability) = (Rgb::splat(chain.transmittance as f32), chain.density);
-        for to in stops.map(Some).chain(std::iter::once(None)) {
-            let stop = to.map_or(*b, Endpoint::Surface);
-            if !segment(&from, &stop).is_some_and(|ray| self.visible(&ray)) {
+        for crossed in stops.map(Some).chain(std::iter::once(None)) {
+            let to = crossed.map_or(*b, Endpoint::Surface);
+            if !segment(&from, &to).is_some_and(|ray| self.visible(&ray)) {
                 self.walks.occluded += 1;
                 return Err(None);
             }
-            if let Some(at) = &to {
+            if let Some(at) = &crossed {
                 let refraction = self.bsdf(at, &mut None).walked_refraction().ok_or(None)?;
                 transmittance *= refraction.albedo;
                 probability = probability.map(|p| p * f64::from(refraction.probability));
             }
-            let to = stop;
             (exit, from) = (from.position(), to);
         }
         let reach = a.position().abs().max(b.position().abs()).max_element();

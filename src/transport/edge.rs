@@ -253,7 +253,7 @@ impl Tracer<'_> {
             TransportMode::Importance => edge.cos,
         };
         if self.options.check == Check::Off {
-            let smooth = |shape: &u32| self.material(*shape).walked_refraction().is_some_and(|r| r.alpha == 0.0);
+            let smooth = |shape: &u32| self.factors(*shape).walked_refraction().is_some_and(|r| r.alpha == 0.0);
             let sure = edge.shapes[..edge.chain as usize].iter().all(smooth);
             self.leave(edge, walk, edge.direction, None, at.position());
             return (direct_inverse_jacobian(&start, at) / cos_b(edge, end), sure);

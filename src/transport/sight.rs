@@ -94,7 +94,7 @@ impl Tracer<'_> {
             };
             let shape = &world.shapes[hit.shape as usize];
             let at = SurfacePoint { shape: hit.shape, ..shape.surface(&ray, &hit) };
-            let bsdf = self.material(hit.shape);
+            let bsdf = self.factors(hit.shape);
             let (Some(boundary), Some(refraction)) = (world.boundary(hit.shape), bsdf.walked_refraction()) else {
                 opaque += 1;
                 ray = onward(&at);

@@ -234,7 +234,7 @@ impl<'w> Tracer<'w> {
 
     /// The compiled material of a shape; of one with textures, its factors.
     #[inline]
-    pub fn material(&self, shape: u32) -> &'w Bsdf {
+    pub fn factors(&self, shape: u32) -> &'w Bsdf {
         &self.bsdfs[self.world.shape_material[shape as usize] as usize]
     }
 
@@ -244,15 +244,15 @@ impl<'w> Tracer<'w> {
     where
         'w: 'a,
     {
-        self.world.bsdf(self.material(at.shape), at, self.walked, place)
+        self.world.bsdf(self.factors(at.shape), at, self.walked, place)
     }
 
     /// The material at a vertex of a subpath.
     #[inline]
-    pub fn material_of(&self, vertex: &Vertex, mode: TransportMode) -> &Bsdf {
+    pub fn material(&self, vertex: &Vertex, mode: TransportMode) -> &Bsdf {
         match vertex.made {
             Some(index) => &self.made[mode as usize][index as usize],
-            None => self.material(vertex.at.shape),
+            None => self.factors(vertex.at.shape),
         }
     }
 
@@ -389,17 +389,17 @@ impl<'w> Tracer<'w> {
             {
                 self.hit_light(&walk, &mut edge, &mut end, light, &at, wo);
             }
-            let mut place = None;
-            let bsdf = self.bsdf(&at, &mut place);
+            let mut made = None;
+            let bsdf = self.bsdf(&at, &mut made);
             if bsdf.connectable() {
                 let place = Endpoint::Surface(at);
                 let (partial, camera_only, record) =
                     self.close(&mut edge, &walk, &mut end, &place, self.light_subpaths, &mut wo);
                 let (aimed, toward) = self.aimed(&at, wo, walk.mode);
-                let made = (!std::ptr::eq(bsdf, self.material(hit.shape))).then(|| {
-                    let made = &mut self.made[walk.mode as usize];
-                    made.push(bsdf.clone());
-                    made.len() as u32 - 1
+                let made = (!std::ptr::eq(bsdf, self.factors(hit.shape))).then(|| {
+                    let all = &mut self.made[walk.mode as usize];
+                    all.push(bsdf.clone());
+                    all.len() as u32 - 1
                 });
                 let vertex = Vertex {
                     at,

@@ -15,7 +15,7 @@ use glam::Vec3;
 pub struct Vertex {
     /// The surface.
     pub at: SurfacePoint,
-    /// Where its material was made for this point, if it has textures: see [`super::Tracer::material_of`].
+    /// Where its material was made for this point, if it has textures: see [`super::Tracer::material`].
     pub made: Option<u32>,
     /// Direction to the previous vertex of the subpath, unit.
     pub wo: Vec3,

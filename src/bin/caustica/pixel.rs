@@ -27,7 +27,7 @@ pub(crate) fn run(args: &Pixel) -> Result<(), Failure> {
     let (description, world) = scene::open(&args.scene, commit, Some(&args.picture), Console { quiet: false })?;
     let settings = Settings { integrator: args.integrator.into(), ..args.picture.settings(&description.cameras)? };
     let mut probe = Probe::new(&world, &settings)?;
-    let kinds = (0..world.shapes.len() as u32).map(|shape| kind(probe.tracer().material(shape))).collect();
+    let kinds = (0..world.shapes.len() as u32).map(|shape| kind(probe.tracer().factors(shape))).collect();
     let mut paths = Paths {
         names: Names { world: &world, description: &description, kinds },
         eye: probe.view().camera.endpoint(),

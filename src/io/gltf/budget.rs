@@ -6,7 +6,7 @@ use super::error::{GltfError, Object};
 ///
 /// Views into one buffer may overlap, accessors may be zeros without any bytes, one long name may stand
 /// at each of many nodes: a small file can describe more than any machine holds. Honest files stay
-/// far below the bound: a vertex of a strip takes at least one byte and becomes at most 44.
+/// far below the bound: a vertex of a strip takes at least one byte and becomes at most 52.
 pub(super) struct Budget {
     left: u64,
     limit: u64,

@@ -25,7 +25,7 @@ const OF_TEXTURES: [&str; 4] = ["EXT_texture_avif", "EXT_texture_webp", "KHR_tex
 const MAX_ITEMS: usize = 1 << 23;
 
 /// Properties that are read and of which the typed document keeps the lower 32 bits only.
-const NARROW: [&str; 20] = [
+const NARROW: [&str; 21] = [
     "scene",
     "nodes",
     "children",
@@ -36,8 +36,9 @@ const NARROW: [&str; 20] = [
     "indices",
     "POSITION",
     "NORMAL",
-    "TEXCOORD_0",
-    "TEXCOORD_1",
+    "magFilter",
+    "wrapS",
+    "wrapT",
     "texCoord",
     "index",
     "source",
@@ -203,7 +204,10 @@ fn check_text(json: &[u8]) -> Result<(), GltfError> {
                 let number = std::str::from_utf8(&json[start..=at]).unwrap_or_default();
                 // Ten digits are the fewest that can exceed 32 bits.
                 let whole = number.len() >= 10 && number.bytes().all(|b| b.is_ascii_digit());
-                if whole && number.parse::<u32>().is_err() && NARROW.iter().any(|name| name.as_bytes() == key) {
+                if whole
+                    && number.parse::<u32>().is_err()
+                    && (key.starts_with(b"TEXCOORD_") || NARROW.iter().any(|name| name.as_bytes() == key))
+                {
                     let key = key.escape_ascii();
                     return Err(GltfError::NotGltf(format!("'{key}' is {number}; expected at most 32 bits")));
                 }

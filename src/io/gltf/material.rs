@@ -96,12 +96,14 @@ fn convert(
     let mut set = None;
     let mut map = |info: &Option<Info>, encoding, slot: &str, factor: f32| {
         let Some(info) = info.as_ref().filter(|_| factor > 0.0) else { return Ok(None) };
-        let (wanted, first) = (texture::set(info), *set.get_or_insert(texture::set(info)));
-        if wanted != first {
+        let wanted = texture::set(info);
+        if let Some(first) = set.filter(|&first| first != wanted) {
             warnings.push(format!("{object}: {slot} is ignored: its texCoord is {wanted}, that of others {first}"));
             return Ok(None);
         }
-        images.map(info, encoding, object, slot, warnings)
+        let map = images.map(info, encoding, object, slot, warnings)?;
+        set = set.or(map.as_ref().map(|_| wanted));
+        Ok(map)
     };
     let color = map(&pbr.base_color_texture, Encoding::Srgb, "baseColorTexture", model.base_color.max_element())?;
     let opaque = if model.transmission > 0.0 { 0.0 } else { model.metallic.max(model.roughness) };

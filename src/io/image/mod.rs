@@ -171,7 +171,7 @@ fn decode(format: Format, bytes: &[u8]) -> Result<Image, Failure> {
     if format == Format::Exr {
         return openexr::decode(bytes);
     }
-    let stored = oiio::decode(format, bytes)?;
+    let stored = oiio::decode(format, bytes, usize::MAX)?;
     let pixels = stored.linear(Encoding::Srgb)?;
     Ok(Image { width: stored.width, height: stored.height, pixels })
 }

@@ -16,6 +16,6 @@ pub(super) fn encode(_: Format, _: &Picture, _: &Metadata) -> Result<Vec<u8>, Fa
     Err(absent())
 }
 
-pub(super) fn decode(_: Format, _: &[u8]) -> Result<Stored, Failure> {
+pub(super) fn decode(_: Format, _: &[u8], _: usize) -> Result<Stored, Failure> {
     Err(absent())
 }

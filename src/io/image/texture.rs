@@ -9,25 +9,28 @@ use std::path::Path;
 /// Reads an image as [`super::read()`] does, for [`Texture`]; `encoding` says what integer samples mean.
 pub fn read_texture(path: &Path, encoding: Encoding) -> Result<Texture, ImageError> {
     let (format, bytes) = load(path)?;
-    texture(format, &bytes, encoding).map_err(|failure| failure.at(path))
+    texture(format, &bytes, encoding, MOST).map_err(|failure| failure.at(path))
 }
 
-/// The same of a file in memory, PNG or JPEG by its first bytes; messages call it `name`.
-pub fn decode_texture(bytes: &[u8], encoding: Encoding, name: &str) -> Result<Texture, ImageError> {
+/// Most texels of a file: by the sides of a texture.
+const MOST: usize = Texture::MOST_SIDE * Texture::MOST_SIDE;
+
+/// The same of a file in memory, PNG or JPEG by its first bytes, and of at most `most` texels; messages call it `name`.
+pub fn decode_texture(bytes: &[u8], encoding: Encoding, most: usize, name: &str) -> Result<Texture, ImageError> {
     let decoded = match bytes {
-        [0x89, b'P', b'N', b'G', ..] => texture(Format::Png, bytes, encoding),
-        [0xff, 0xd8, 0xff, ..] => texture(Format::Jpeg, bytes, encoding),
+        [0x89, b'P', b'N', b'G', ..] => texture(Format::Png, bytes, encoding, most),
+        [0xff, 0xd8, 0xff, ..] => texture(Format::Jpeg, bytes, encoding, most),
         _ => Err(Failure::Unsupported("neither PNG nor JPEG, by its first bytes".to_owned())),
     };
     decoded.map_err(|failure| failure.at(Path::new(name)))
 }
 
-fn texture(format: Format, bytes: &[u8], encoding: Encoding) -> Result<Texture, Failure> {
+fn texture(format: Format, bytes: &[u8], encoding: Encoding, most: usize) -> Result<Texture, Failure> {
     if format == Format::Exr {
         let image = openexr::decode(bytes)?;
         return floats(image.width, image.height, image.pixels);
     }
-    let stored = oiio::decode(format, bytes)?;
+    let stored = oiio::decode(format, bytes, most)?;
     match &stored.samples {
         StoredSamples::Bytes(samples) => {
             let texels = stored.pixels(samples, |x| x)?;

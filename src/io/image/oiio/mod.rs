@@ -62,12 +62,13 @@ pub(super) fn encode(format: Format, picture: &Picture, metadata: &Metadata) -> 
     Ok(file)
 }
 
-/// The image in the bytes of a file, as it is stored there.
-pub(super) fn decode(format: Format, file: &[u8]) -> Result<Stored, Failure> {
+/// The image in the bytes of a file, as it is stored there; of at most so many pixels.
+pub(super) fn decode(format: Format, file: &[u8], most: usize) -> Result<Stored, Failure> {
     let module = module::get()?;
     let name = c_string(format.name())?;
     let mut decoded = Decoded {
         file: file.len(),
+        most,
         header: CHeader::default(),
         samples: StoredSamples::Floats(Vec::new()),
         refusal: None,
@@ -100,6 +101,8 @@ pub(super) fn decode(format: Format, file: &[u8]) -> Result<Stored, Failure> {
 struct Decoded {
     /// Bytes of the file.
     file: usize,
+    /// Most pixels.
+    most: usize,
     header: CHeader,
     samples: StoredSamples,
     refusal: Option<Failure>,
@@ -112,6 +115,10 @@ extern "C" fn buffer(context: *mut c_void, header: *const CHeader) -> *mut c_voi
     let (decoded, header) = unsafe { (&mut *context.cast::<Decoded>(), *header) };
     let size = |n: i32| usize::try_from(n).unwrap_or(0);
     let made = plausible_pixels(size(header.width), size(header.height), decoded.file).and_then(|pixels| {
+        if pixels > decoded.most {
+            let reason = format!("it has {pixels} pixels; at most {} are read here", decoded.most);
+            return Err(Failure::Unsupported(reason));
+        }
         let n = pixels.checked_mul(size(header.channels)).ok_or(Failure::OutOfMemory)?;
         Ok(match header.bits {
             8 => StoredSamples::Bytes(filled(n)?),
