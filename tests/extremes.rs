@@ -176,6 +176,12 @@ fn an_image_of_the_sky_at_all_sizes() {
     check_similar("sky", &scenes::under_a_sky(), &sizes(), 0.002);
 }
 
+/// Images of colours, normals, roughness and metal, and of a lamp.
+#[test]
+fn textures_at_all_sizes() {
+    check_similar("textures", &scenes::textured(), &sizes(), 0.002);
+}
+
 /// A small ball of glass close above the floor, under a lamp and a pane, all seen through another.
 fn caustics(light: impl Fn(&mut Builder)) -> Builder {
     let mut b = Builder::default();
