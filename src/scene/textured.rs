@@ -29,9 +29,7 @@ impl Textured {
         }
         bsdf.walked(self.material.walked_roughness).unwrap_or(bsdf)
     }
-}
 
-impl Textured {
     /// Whether the material is another one at each point, beside its normal.
     pub(super) fn scatters(&self) -> bool {
         self.material.textures.scatter()
