@@ -85,12 +85,7 @@ fn roughness_and_metal() {
             base_color: Rgb::new(0.8, 0.6, 0.3),
             metallic: 0.9 * texel.z,
             roughness: 0.8 * texel.y,
-            ior: 1.5,
-            specular: 1.0,
-            specular_color: Rgb::ONE,
-            transmission: 0.0,
-            solid: false,
-            absorption: Rgb::ZERO,
+            ..MetallicRoughness::default()
         }));
         b.0.materials[material].textures.metallic_roughness = if tile.is_none() { nearest(&texels) } else { None };
         material

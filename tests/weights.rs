@@ -350,12 +350,7 @@ fn room(lights: impl Fn(&mut Builder), with_glass: bool, projection: Projection)
         base_color: Rgb::new(0.8, 0.5, 0.3),
         metallic: 0.3,
         roughness: 0.5,
-        ior: 1.5,
-        specular: 1.0,
-        specular_color: Rgb::ONE,
-        transmission: 0.0,
-        solid: false,
-        absorption: Rgb::ZERO,
+        ..MetallicRoughness::default()
     }));
     b.mesh(common::icosphere(0.5, 1, true), shiny, glam::DAffine3::from_translation(DVec3::new(-0.8, 0.5, 0.0)));
     if with_glass {
@@ -369,12 +364,10 @@ fn room(lights: impl Fn(&mut Builder), with_glass: bool, projection: Projection)
             base_color: Rgb::splat(0.8),
             metallic: 0.0,
             roughness: 0.0,
-            ior: 1.5,
             specular: 0.0,
-            specular_color: Rgb::ONE,
             transmission: 0.5,
             solid: true,
-            absorption: Rgb::ZERO,
+            ..MetallicRoughness::default()
         }));
         b.sphere(DVec3::new(-1.1, 0.4, 1.0), 0.3, milky);
         let sheet = b.material(Scattering::ThinDielectric { ior: 1.5, roughness: 0.4, tint: Rgb::ONE });

@@ -7,6 +7,7 @@ use super::handle::Handle;
 use super::instance::transform;
 use super::pointer::{In, MAX_PATH, Sized32, Text, Values, copy_elements};
 use super::scene::Scene;
+use super::texture::{check_sides, of_pixels};
 use super::write::failure;
 use crate::io::image::read_environment;
 use crate::math::Rgb;
@@ -104,12 +105,7 @@ fn read(desc: In<EnvironmentDesc>) -> Result<Environment, Failure> {
 }
 
 fn copy(desc: &EnvironmentDesc) -> Result<EnvironmentMap, Failure> {
-    for (name, side) in [("width", desc.width), ("height", desc.height)] {
-        if !(1..=EnvironmentMap::MOST_SIDE).contains(&(side as usize)) {
-            let text = format!("is {side}; 1 to {} were expected", EnvironmentMap::MOST_SIDE);
-            return Err(Failure::argument(name, text));
-        }
-    }
+    check_sides(desc.width, desc.height)?;
     let count = u64::from(desc.width) * u64::from(desc.height);
     // SAFETY: the header asks that as many pixels be readable as the size and the stride say.
     let pixels = unsafe { copy_elements("pixels", desc.pixels, count, desc.pixel_stride)? };
@@ -118,9 +114,6 @@ fn copy(desc: &EnvironmentDesc) -> Result<EnvironmentMap, Failure> {
         EnvironmentMapError::OutOfMemory { .. } => {
             Failure { parameter: "pixels".to_owned(), ..Failure::new(ERROR_OUT_OF_MEMORY, error.to_string()) }
         }
-        EnvironmentMapError::Size { .. } => Failure::argument("width", error.to_string()),
-        EnvironmentMapError::Pixel { x, y, .. } => {
-            Failure::argument("pixels", error.to_string()).at(y as u64 * u64::from(desc.width) + x as u64)
-        }
+        EnvironmentMapError::Pixels(error) => of_pixels("pixels", desc.width, &error),
     })
 }

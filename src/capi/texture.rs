@@ -8,7 +8,7 @@ use super::pointer::{In, MAX_NAME, MAX_PATH, Out, Sized32, Text, copy_elements};
 use super::write::failure;
 use crate::io::image::read_texture;
 use crate::math::Rgb;
-use crate::scene::description::{self, Encoding, Filter, TextureError, TextureMap, Wrap};
+use crate::scene::description::{self, Encoding, Filter, MOST_SIDE, PixelsError, TextureMap, Wrap};
 use glam::Affine2;
 use std::collections::HashMap;
 use std::ffi::c_void;
@@ -169,12 +169,7 @@ fn wrap(parameter: &'static str, value: u32) -> Result<Wrap, Failure> {
 }
 
 fn copy(desc: &TextureDesc) -> Result<description::Texture, Failure> {
-    for (name, side) in [("width", desc.width), ("height", desc.height)] {
-        if !(1..=description::Texture::MOST_SIDE).contains(&(side as usize)) {
-            let text = format!("is {side}; 1 to {} were expected", description::Texture::MOST_SIDE);
-            return Err(Failure::argument(name, text));
-        }
-    }
+    check_sides(desc.width, desc.height)?;
     let (width, height) = (desc.width as usize, desc.height as usize);
     let (count, stride) = (u64::from(desc.width) * u64::from(desc.height), desc.texel_stride);
     let encoding = if desc.format == TEXELS_SRGB8 { Encoding::Srgb } else { Encoding::Linear };
@@ -188,10 +183,25 @@ fn copy(desc: &TextureDesc) -> Result<description::Texture, Failure> {
             description::Texture::of_bytes(width, height, texels, encoding)
         }
     };
-    texture.map_err(|error| match error {
-        TextureError::Size { .. } => Failure::argument("width", error.to_string()),
-        TextureError::Texel { x, y, .. } => {
-            Failure::argument("texels", error.to_string()).at(y as u64 * u64::from(desc.width) + x as u64)
+    texture.map_err(|error| of_pixels("texels", desc.width, &error))
+}
+
+/// For an image of so many columns that the host gave as `parameter`.
+pub(super) fn of_pixels(parameter: &str, width: u32, error: &PixelsError) -> Failure {
+    match error {
+        PixelsError::Size { .. } => Failure::argument("width", error.to_string()),
+        PixelsError::Pixel { x, y, .. } => {
+            Failure::argument(parameter, error.to_string()).at(*y as u64 * u64::from(width) + *x as u64)
         }
-    })
+    }
+}
+
+/// The sides that a host gives of an image.
+pub(super) fn check_sides(width: u32, height: u32) -> Result<(), Failure> {
+    for (name, side) in [("width", width), ("height", height)] {
+        if !(1..=MOST_SIDE).contains(&(side as usize)) {
+            return Err(Failure::argument(name, format!("is {side}; 1 to {MOST_SIDE} were expected")));
+        }
+    }
+    Ok(())
 }

@@ -8,56 +8,24 @@
 use super::LUMINANCE;
 use super::choose::STEPS;
 use crate::math::{Fnv, Rgb};
+use crate::texture::PixelsError;
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use std::f64::consts::PI;
 use std::fmt;
 
 /// Why an image is none of what surrounds a scene.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum EnvironmentMapError {
-    /// Sides out of range, or not the number of pixels that they say.
-    Size {
-        /// Columns.
-        width: usize,
-        /// Rows.
-        height: usize,
-        /// As many as were given.
-        pixels: usize,
-    },
-    /// Not finite.
-    Pixel {
-        /// Column.
-        x: usize,
-        /// Row.
-        y: usize,
-        /// Red, green, blue.
-        value: Rgb,
-    },
+    /// It is no image.
+    #[error(transparent)]
+    Pixels(#[from] PixelsError),
     /// No memory for the table that directions are drawn by.
+    #[error("{bytes} bytes could not be allocated")]
     OutOfMemory {
         /// Bytes asked for.
         bytes: usize,
     },
 }
-
-impl fmt::Display for EnvironmentMapError {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        match self {
-            EnvironmentMapError::Size { width, height, pixels } => write!(
-                f,
-                "an image of {width} x {height} with {pixels} pixels; as many as width times height were expected, and 1 to {} \
-                 on a side",
-                EnvironmentMap::MOST_SIDE
-            ),
-            EnvironmentMapError::Pixel { x, y, value } => {
-                write!(f, "pixel ({x}, {y}) is {} {} {}; finite numbers were expected", value.x, value.y, value.z)
-            }
-            EnvironmentMapError::OutOfMemory { bytes } => write!(f, "{bytes} bytes could not be allocated"),
-        }
-    }
-}
-
-impl std::error::Error for EnvironmentMapError {}
 
 /// The image and its table. Cells lie between the centres of four pixels, the first and the last row of them between a
 /// pole and the pixels around it.
@@ -94,21 +62,16 @@ struct Cell {
 }
 
 impl EnvironmentMap {
-    /// Most pixels on a side: more is taken for a mistake. Not tuned.
-    pub const MOST_SIDE: usize = 1 << 16;
-
     /// From `width * height` pixels, row by row from the top, linear Rec. 709. What is below 0, as filters that sharpen leave
     /// it, is taken as 0.
     pub fn new(width: usize, height: usize, mut pixels: Vec<Rgb>) -> Result<EnvironmentMap, EnvironmentMapError> {
-        let sides = 1..=EnvironmentMap::MOST_SIDE;
-        if !sides.contains(&width) || !sides.contains(&height) || pixels.len() != width * height {
-            return Err(EnvironmentMapError::Size { width, height, pixels: pixels.len() });
-        }
+        PixelsError::check_size(width, height, pixels.len())?;
         let (mut largest, mut hash) = (0.0f32, Fnv::default());
         hash.bytes(&(width as u64).to_le_bytes());
         for (i, pixel) in pixels.iter_mut().enumerate() {
             if !pixel.is_finite() {
-                return Err(EnvironmentMapError::Pixel { x: i % width, y: i / width, value: *pixel });
+                let (value, expected) = (*pixel, "finite numbers");
+                return Err(PixelsError::Pixel { x: i % width, y: i / width, value, expected }.into());
             }
             let value = pixel.max(Rgb::ZERO);
             *pixel = value;

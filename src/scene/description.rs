@@ -3,7 +3,7 @@
 
 pub use crate::emitter::{EnvironmentMap, EnvironmentMapError};
 use crate::math::Rgb;
-pub use crate::texture::{Encoding, Filter, Texture, TextureError, TextureMap, Wrap};
+pub use crate::texture::{Encoding, Filter, MOST_SIDE, PixelsError, Texture, TextureMap, Wrap};
 use glam::{DAffine3, DMat3, DVec3};
 use std::sync::Arc;
 
@@ -238,6 +238,23 @@ pub struct MetallicRoughness {
     pub solid: bool,
     /// Absorption coefficient of the solid, 1/m.
     pub absorption: Rgb,
+}
+
+impl Default for MetallicRoughness {
+    /// The specification's: rough white metal.
+    fn default() -> MetallicRoughness {
+        MetallicRoughness {
+            base_color: Rgb::ONE,
+            metallic: 1.0,
+            roughness: 1.0,
+            ior: 1.5,
+            specular: 1.0,
+            specular_color: Rgb::ONE,
+            transmission: 0.0,
+            solid: false,
+            absorption: Rgb::ZERO,
+        }
+    }
 }
 
 /// A light that is not a surface.

@@ -1,8 +1,10 @@
 //! Images on surfaces: texels, and how texture coordinates find them.
 
 mod map;
+mod pixels;
 
 pub use map::{Filter, TextureMap, Wrap};
+pub use pixels::{MOST_SIDE, PixelsError};
 
 use crate::math::{Fnv, Rgb, srgb};
 use std::fmt;
@@ -16,48 +18,6 @@ pub enum Encoding {
     /// A number from 0 to 1.
     Linear,
 }
-
-/// Why an image is no texture.
-#[derive(Clone, Debug, PartialEq)]
-pub enum TextureError {
-    /// Sides out of range, or not the number of texels that they say.
-    Size {
-        /// Columns.
-        width: usize,
-        /// Rows.
-        height: usize,
-        /// As many as were given.
-        texels: usize,
-    },
-    /// Not finite, or below 0.
-    Texel {
-        /// Column.
-        x: usize,
-        /// Row.
-        y: usize,
-        /// Red, green, blue.
-        value: Rgb,
-    },
-}
-
-impl fmt::Display for TextureError {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        match self {
-            TextureError::Size { width, height, texels } => write!(
-                f,
-                "an image of {width} x {height} with {texels} texels; as many as width times height were expected, and 1 to {} \
-                 on a side",
-                Texture::MOST_SIDE
-            ),
-            TextureError::Texel { x, y, value } => {
-                let Rgb { x: r, y: g, z: b } = value;
-                write!(f, "texel ({x}, {y}) is {r} {g} {b}; finite numbers of at least 0 were expected")
-            }
-        }
-    }
-}
-
-impl std::error::Error for TextureError {}
 
 /// An image: rows from the top, three channels. Bytes stay bytes: they take a quarter of the memory.
 pub struct Texture {
@@ -84,16 +44,13 @@ impl fmt::Debug for Texture {
 }
 
 impl Texture {
-    /// Most texels on a side: more is taken for a mistake. Not tuned.
-    pub const MOST_SIDE: usize = 1 << 16;
-
     /// From `width * height` texels of 8 bits a channel.
     pub fn of_bytes(
         width: usize,
         height: usize,
         texels: Vec<[u8; 3]>,
         encoding: Encoding,
-    ) -> Result<Texture, TextureError> {
+    ) -> Result<Texture, PixelsError> {
         let mut hash = start(width, height, texels.len())?;
         let table = match encoding {
             Encoding::Srgb => &*SRGB,
@@ -110,12 +67,13 @@ impl Texture {
     }
 
     /// From `width * height` texels, linear Rec. 709.
-    pub fn of_floats(width: usize, height: usize, texels: Vec<Rgb>) -> Result<Texture, TextureError> {
+    pub fn of_floats(width: usize, height: usize, texels: Vec<Rgb>) -> Result<Texture, PixelsError> {
         let mut hash = start(width, height, texels.len())?;
         let mut largest = Rgb::ZERO;
         for (i, &value) in texels.iter().enumerate() {
             if !(value.is_finite() && value.min_element() >= 0.0) {
-                return Err(TextureError::Texel { x: i % width, y: i / width, value });
+                let expected = "finite numbers of at least 0";
+                return Err(PixelsError::Pixel { x: i % width, y: i / width, value, expected });
             }
             largest = largest.max(value);
             hash.triple(value.to_array().map(f32::to_bits));
@@ -158,11 +116,8 @@ impl Texture {
 }
 
 /// A hash of the size, if it is one.
-fn start(width: usize, height: usize, texels: usize) -> Result<Fnv, TextureError> {
-    let sides = 1..=Texture::MOST_SIDE;
-    if !sides.contains(&width) || !sides.contains(&height) || texels != width * height {
-        return Err(TextureError::Size { width, height, texels });
-    }
+fn start(width: usize, height: usize, texels: usize) -> Result<Fnv, PixelsError> {
+    PixelsError::check_size(width, height, texels)?;
     let mut hash = Fnv::default();
     hash.bytes(&(width as u64).to_le_bytes());
     Ok(hash)

@@ -72,12 +72,7 @@ pub fn glossy() -> Builder {
             base_color: Rgb::new(0.3, 0.5, 0.8),
             metallic: 0.25,
             roughness: 0.5,
-            ior: 1.5,
-            specular: 1.0,
-            specular_color: Rgb::ONE,
-            transmission: 0.0,
-            solid: false,
-            absorption: Rgb::ZERO,
+            ..MetallicRoughness::default()
         }));
         b.quad(Vec3::new(0.5, 0.25, -0.5), Vec3::new(0.75, 0.0, 0.5), Vec3::Y * 0.75, coated);
     })
@@ -275,12 +270,7 @@ pub fn textures(b: &mut Builder) {
         base_color: Rgb::new(0.9, 0.7, 0.5),
         metallic: 0.8,
         roughness: 0.6,
-        ior: 1.5,
-        specular: 1.0,
-        specular_color: Rgb::ONE,
-        transmission: 0.0,
-        solid: false,
-        absorption: Rgb::ZERO,
+        ..MetallicRoughness::default()
     }));
     b.0.materials[shiny].textures =
         Textures { color: colors.clone(), metallic_roughness: roughness_and_metal, ..Textures::default() };
@@ -317,12 +307,10 @@ pub fn stained_glass(b: &mut Builder) {
         base_color: Rgb::splat(0.9),
         metallic: 0.0,
         roughness: 0.0,
-        ior: 1.5,
         specular: 0.0,
-        specular_color: Rgb::ONE,
         transmission: 0.6,
         solid: true,
-        absorption: Rgb::ZERO,
+        ..MetallicRoughness::default()
     }));
     for material in [block, ball, milky] {
         b.0.materials[material].textures.color = colors.clone();

@@ -36,17 +36,7 @@ pub(super) fn convert_all(
 
 /// What a primitive without a material has: all properties at their defaults (\[glTF\] 3.9.6).
 pub(super) fn default_material() -> Material {
-    let scattering = Scattering::MetallicRoughness(MetallicRoughness {
-        base_color: Rgb::ONE,
-        metallic: 1.0,
-        roughness: 1.0,
-        ior: 1.5,
-        specular: 1.0,
-        specular_color: Rgb::ONE,
-        transmission: 0.0,
-        solid: false,
-        absorption: Rgb::ZERO,
-    });
+    let scattering = Scattering::MetallicRoughness(MetallicRoughness::default());
     Material {
         name: "default".into(),
         scattering,

@@ -19,6 +19,6 @@ fn map(format: Format, bytes: &[u8]) -> Result<EnvironmentMap, Failure> {
     let image = decode(format, bytes)?;
     EnvironmentMap::new(image.width as usize, image.height as usize, image.pixels).map_err(|error| match error {
         EnvironmentMapError::OutOfMemory { .. } => Failure::OutOfMemory,
-        EnvironmentMapError::Size { .. } | EnvironmentMapError::Pixel { .. } => Failure::Unsupported(error.to_string()),
+        EnvironmentMapError::Pixels(error) => Failure::Unsupported(error.to_string()),
     })
 }

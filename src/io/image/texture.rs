@@ -3,7 +3,7 @@
 use super::error::Failure;
 use super::{Format, ImageError, StoredSamples, load, oiio, openexr};
 use crate::math::Rgb;
-use crate::scene::description::{Encoding, Texture};
+use crate::scene::description::{Encoding, MOST_SIDE, Texture};
 use std::path::Path;
 
 /// Reads an image as [`super::read()`] does, for [`Texture`]; `encoding` says what integer samples mean.
@@ -13,7 +13,7 @@ pub fn read_texture(path: &Path, encoding: Encoding) -> Result<Texture, ImageErr
 }
 
 /// Most texels of a file: by the sides of a texture.
-const MOST: usize = Texture::MOST_SIDE * Texture::MOST_SIDE;
+const MOST: usize = MOST_SIDE * MOST_SIDE;
 
 /// The same of a file in memory, PNG or JPEG by its first bytes, and of at most `most` texels; messages call it `name`.
 pub fn decode_texture(bytes: &[u8], encoding: Encoding, most: usize, name: &str) -> Result<Texture, ImageError> {

@@ -27,12 +27,7 @@ fn gltf() -> MetallicRoughness {
         base_color: Rgb::new(0.8, 0.5, 0.3),
         metallic: 0.0,
         roughness: 0.5,
-        ior: 1.5,
-        specular: 1.0,
-        specular_color: Rgb::ONE,
-        transmission: 0.0,
-        solid: false,
-        absorption: Rgb::ZERO,
+        ..MetallicRoughness::default()
     }
 }
 
