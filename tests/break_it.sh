@@ -437,6 +437,10 @@ mutation("texture: a lamp without its image", "src/emitter/light.rs",
          "mesh(shapes, l.shape).map_or(Rgb::ZERO, |m| glow.at(m, s)) * radiance(&l.emission)",
          "mesh(shapes, l.shape).map_or(Rgb::ZERO, |_| Rgb::splat(glow.map.at(glam::Vec2::ZERO).x)) * radiance(&l.emission)",
          ("textures", "emission"))
+mutation("texture: a lamp that chance finds dark is none", "src/emitter/glow.rs",
+         "(sum / f64::from(self.points)).max(least)",
+         "(sum / f64::from(self.points)).max(least * 0.0)",
+         ("textures", "a_lamp_is_not_lost"))
 mutation("normal map: down is up", "src/scene/textured.rs",
          "let up = up * -1f32.copysign(up.dot(down));",
          "let up = up * 1f32.copysign(up.dot(down));",

@@ -102,6 +102,21 @@ fn emission() {
     });
 }
 
+/// One texel of very many glows, and none of the points that tell the lamp's power see it: it is a light for all that.
+#[test]
+fn a_lamp_is_not_lost_for_its_darkness() {
+    let mut texels = vec![Rgb::ZERO; 1024 * 1024];
+    texels[700 * 1024 + 301] = Rgb::ONE;
+    let mut b = Builder::default();
+    let lamp = b.lamp(1.0);
+    b.quad(Vec3::ZERO, Vec3::Z, Vec3::X, lamp);
+    b.unwrap(|p| [p.x, p.z]);
+    b.0.materials[lamp].textures.emission = nearest(&texels);
+    assert_eq!(b.commit().lights.len(), 1);
+    b.0.materials[lamp].textures.emission = image(&[Rgb::ZERO]);
+    assert_eq!(b.commit().lights.len(), 0);
+}
+
 /// Where an image is placed: turned, scaled and shifted texture coordinates, on a mirrored instance.
 #[test]
 fn transforms() {

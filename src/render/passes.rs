@@ -7,7 +7,7 @@ use super::{LEAST_PASSES, Output, RenderError, Settings, Statistics, Technique, 
 use crate::integrator::{Sample, Splat};
 use crate::math::Rgb;
 use crate::render::Image;
-use crate::transport::subpath::RayCount;
+use crate::transport::ray_count::RayCount;
 use crate::transport::walk_count::WalkCount;
 use glam::DVec3;
 use std::collections::btree_map::Entry;

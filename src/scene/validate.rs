@@ -256,6 +256,7 @@ fn validate_textures(object: &Object, material: &Material) -> Result<(), SceneEr
     product("textures.emission", emission.as_ref(), material.emission, f32::MAX)?;
     if let Some(NormalMap { map, scale }) = normal {
         product("textures.normal", Some(map), Rgb::ONE, 1.0)?;
+        // Far beyond it the mesh's normal would count for nothing. Not tuned.
         object.range("textures.normal.scale", (*scale).into(), -1e6, 1e6)?;
         if refracts(&material.scattering) {
             return object.fail("textures.normal", "given", "a surface that does not refract was expected with it");

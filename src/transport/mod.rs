@@ -8,6 +8,7 @@ pub mod experience;
 mod interfaces;
 pub mod limits;
 pub mod options;
+pub mod ray_count;
 pub mod roulette;
 mod search;
 mod sight;
