@@ -177,6 +177,10 @@ mutation("light in several media: taken to be in one", "src/scene/media.rs",
 
 mutation("camera: a film in several media taken to be in one", "src/render/samples.rs",
          "pinhole || !world.requirements.media || ", "true || ", ("agreement", "parallel"))
+mutation("progress: due as soon as a slow callback ends", "src/render/job.rs",
+         "last.0 = Instant::now();", "last.0 = start;", ("job", "slow_callback"))
+mutation("progress: due at once after the first call", "src/render/job.rs",
+         "Mutex::new((Instant::now(), 0.0f32))", "Mutex::new((start, 0.0f32))", ("job", "slow_callback"))
 mutation("commit: shapes of before, whatever there is now", "src/scene/world.rs",
          "world.shapes_hash == hash.shapes && ", "", ("job", "a_commit_shares"))
 

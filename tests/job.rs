@@ -15,7 +15,7 @@ use caustica::scene::{CommitOptions, World};
 use common::{Builder, settings};
 use glam::{DVec3, Vec3};
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
@@ -128,19 +128,24 @@ fn what_is_shown_while_it_renders_is_the_image_of_as_many_samples() {
     assert_eq!(image, common::run(&world, &request(samples)).image);
 }
 
-/// A host whose callback takes longer than the time between two reports is not called after every tile.
+/// Between two calls of a host's callback the render has the time to itself, however long the callback takes. A time
+/// from below: a machine that is slow makes it longer.
 #[test]
 fn a_slow_callback_is_called_no_more_often() {
-    let calls = AtomicU32::new(0);
+    let (cancel, ended, pauses) = (Cancel::default(), Mutex::new(None::<Instant>), Mutex::new(Vec::new()));
     let progress = |_: Progress| {
-        calls.fetch_add(1, Ordering::Relaxed);
+        let mut pauses = pauses.lock().unwrap();
+        pauses.extend(ended.lock().unwrap().map(|last| last.elapsed()));
+        if pauses.len() == 4 {
+            cancel.cancel();
+        }
         std::thread::sleep(Duration::from_millis(110));
+        *ended.lock().unwrap() = Some(Instant::now());
     };
-    let request = Settings { threads: 1, ..settings(Integrator::Path, 32, 512, 3) };
-    let output = render(&world(), &request, &Cancel::default(), &progress).unwrap();
-    let computing = output.statistics.render_seconds - 0.11 * f64::from(calls.load(Ordering::Relaxed));
-    let most = 4.0 + computing.max(0.0) / 0.1;
-    assert!(f64::from(calls.load(Ordering::Relaxed)) <= most, "{calls:?} calls in {computing} s");
+    let request = Settings { threads: 2, ..settings(Integrator::Path, 32, 1 << 20, 3) };
+    assert!(render(&world(), &request, &cancel, &progress).expect("a render").cancelled);
+    let pauses = pauses.into_inner().unwrap();
+    assert!(pauses.len() == 4 && pauses.iter().all(|p| *p >= Duration::from_millis(100)), "{pauses:?}");
 }
 
 #[test]
@@ -222,24 +227,26 @@ fn the_technique_images_of_caustics_sum_to_the_caustics() {
 #[test]
 fn a_cancelled_render_keeps_its_whole_passes_and_ends_at_once() {
     let world = world();
-    let cancel = Cancel::default();
-    // Far more work than the test waits for.
-    let settings = settings(Integrator::Bdpt, 64, 100_000, 1);
+    let (cancel, some) = (Cancel::default(), AtomicBool::new(false));
+    // Far more work than anyone waits for.
+    let settings = settings(Integrator::Bdpt, 64, 1_000_000, 1);
+    let progress = |p: Progress| some.store(p.samples > 0, Ordering::Relaxed);
     let (output, latency) = std::thread::scope(|scope| {
-        let render = scope.spawn(|| (render(&world, &settings, &cancel, &|_| ()), Instant::now()));
-        std::thread::sleep(Duration::from_millis(300));
+        let call = || (render(&world, &settings, &cancel, &progress), Instant::now());
+        let render = scope.spawn(call);
+        while !some.load(Ordering::Relaxed) && !render.is_finished() {
+            std::thread::sleep(Duration::from_millis(10));
+        }
         let asked = Instant::now();
         cancel.cancel();
         let (output, ended) = render.join().expect("no panic");
         (output.expect("a cancelled render is no error"), ended - asked)
     });
+    // 50 ms on an idle machine.
     println!("cancelled within {latency:?}");
-    // The promise is 50 ms on an idle machine; a test asserts no wall-clock time, but a render that
-    // does not notice would run for hours.
-    assert!(latency < Duration::from_secs(20));
     assert!(output.cancelled);
     let passes = output.statistics.samples;
-    assert!(passes > 0, "no pass in 300 ms");
+    assert!(passes > 0);
     let whole = common::run(&world, &Settings { samples: passes, ..settings.clone() });
     assert_eq!(whole.image, output.image, "after {passes} passes");
     cancel.cancel();

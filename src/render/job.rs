@@ -113,8 +113,8 @@ pub fn render_shown(
     let passes = Arc::new(Passes::new(settings, threads)?);
     preview.show(&passes);
     let rays = AtomicU64::new(0);
-    let last_report = Mutex::new((start, 0.0f32));
     progress(Progress { fraction: 0.0, samples: 0, rays: 0, elapsed: start.elapsed(), noise: f32::NAN });
+    let last_report = Mutex::new((Instant::now(), 0.0f32));
     // Whoever finds a report due makes it; the lock keeps reports apart.
     let report_if_due = || {
         let due = last_report.try_lock().ok().filter(|last| last.0.elapsed() >= Duration::from_millis(100));
