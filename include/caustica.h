@@ -541,6 +541,13 @@ typedef struct caustica_caustic_options {
     double walk_tolerance;    /* largest deviation from Snell's law, radians, 1e-13 to 1e-5; 0: 1e-8 */
 } caustica_caustic_options;
 
+typedef struct caustica_region {
+    uint32_t x; /* columns left of it */
+    uint32_t y; /* rows above it */
+    uint32_t width;
+    uint32_t height;
+} caustica_region;
+
 typedef struct caustica_render_desc {
     uint32_t struct_size;
     uint32_t integrator;    /* CAUSTICA_INTEGRATOR_ */
@@ -563,7 +570,9 @@ typedef struct caustica_render_desc {
     const caustica_caustic_options* caustic_options; /* read during the call; or NULL: all defaults */
     float noise_limit;      /* ends after the pass that brings caustica_progress::noise down to this, after 16 passes at
                                least; 0: no limit. The number of passes is the same for any number of threads */
-    uint32_t reserved;
+    uint32_t first_sample;  /* number of the first; the average of renders of samples 0 to 63 and 64 to 127 is the image of
+                               samples 0 to 127 */
+    caustica_region region; /* what of the width x height pixels is rendered, and is the image; all 0: all of them */
 } caustica_render_desc;
 
 /* Renders, and returns when it is over: CAUSTICA_OK, or CAUSTICA_CANCELLED when the callback asked for
@@ -592,7 +601,7 @@ caustica_result caustica_render_cancel(caustica_device* device, caustica_render_
 
 typedef struct caustica_statistics {
     uint32_t struct_size;
-    uint32_t width;
+    uint32_t width;             /* of the image */
     uint32_t height;
     uint32_t samples;           /* per pixel, in the image */
     uint64_t camera_rays;       /* nearest-hit rays from the camera */

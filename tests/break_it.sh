@@ -175,6 +175,13 @@ mutation("light in several media: taken to be in one", "src/scene/media.rs",
          "if media.all(|other| other == first) {", "if media.all(|other| other == first) || true {",
          ("agreement", "light_across_a_boundary"))
 
+mutation("camera: the film of a region as large as the frame", "src/camera/mod.rs",
+         "4.0 * half_width * half_height * share,", "4.0 * half_width * half_height * share.max(1.0),",
+         ("caustic", "a_region"), ("lib", "a_region_is_a_smaller_film"))
+mutation("camera: random numbers by the pixels of a region", "src/integrator/bdpt.rs",
+         "y * self.columns + x", "y * self.region.width + x", ("job", "a_region_traced"))
+mutation("render: another first sample draws the same", "src/render/job.rs",
+         "settings.first_sample + tile.pass)", "tile.pass)", ("job", "successive_samples"))
 mutation("camera: a film in several media taken to be in one", "src/render/samples.rs",
          "pinhole || !world.requirements.media || ", "true || ", ("agreement", "parallel"))
 mutation("progress: due as soon as a slow callback ends", "src/render/job.rs",

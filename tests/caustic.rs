@@ -3,6 +3,7 @@
 
 mod common;
 
+use caustica::camera::Region;
 use caustica::math::Rgb;
 use caustica::render::{Caustics, Image, Integrator, Settings};
 use caustica::scene::World;
@@ -62,6 +63,46 @@ fn ball() {
     let glass = b.glass(1.5, 0.0);
     b.sphere(DVec3::new(0.0, 0.6, 0.0), 0.5, glass);
     agree("ball", &b, 128, 32);
+}
+
+/// A part of the frame has other light subpaths and weights. Path tracing has the same bits there as in the whole
+/// (`job.rs`); light tracing, which misses what is behind glass, is held against itself.
+#[test]
+fn a_region_is_that_part_of_the_whole() {
+    let mut b = under_a_lamp(1.5);
+    let glass = b.glass(1.5, 0.0);
+    b.sphere(DVec3::new(0.0, 0.6, 0.0), 0.5, glass);
+    let world = b.commit();
+    let part = Region { x: 8, y: 12, width: 12, height: 9 };
+    let measure = |region, integrator, caustics, samples, seed| {
+        let image = |run| {
+            let settings = Settings { region, caustics, ..settings(integrator, SIDE, samples, seed + run) };
+            let image = common::run(&world, &settings).image;
+            let Region { x, y, width, height } = part;
+            let place = move |i: u32| ((y + i / width) * SIDE + x + i % width) as usize;
+            match region {
+                Some(_) => image,
+                None => Image { width, height, pixels: (0..width * height).map(|i| image.pixels[place(i)]).collect() },
+            }
+        };
+        blocks(&(0..RUNS).map(image).collect::<Vec<_>>(), 3)
+    };
+    let path = measure(Some(part), Integrator::Path, Caustics::Off, 1024, 1000);
+    let light = measure(None, Integrator::Light, Caustics::Off, 64, 1000);
+    for (integrator, caustics, truth) in [
+        (Integrator::Light, Caustics::Off, &light),
+        (Integrator::Bdpt, Caustics::Off, &path),
+        (Integrator::Bdpt, Caustics::On, &path),
+        (Integrator::Mnee, Caustics::On, &path),
+    ] {
+        let ours = measure(Some(part), integrator, caustics, 256, 5000);
+        let name = format!("region, {integrator:?}, caustics {caustics:?}");
+        let error = ours.total.1.hypot(truth.total.1);
+        let bias = ours.total.0 / truth.total.0 - 1.0;
+        println!("{name}: bias {:+.3} % +- {:.3} %", bias * 100.0, error / truth.total.0 * 100.0);
+        check_normal(&name, &z_scores(&ours, truth), (RUNS - 1) as f64).expect("equal expectations");
+        assert!((ours.total.0 - truth.total.0).abs() < 4.0 * error, "{name}: bias {bias}");
+    }
 }
 
 #[test]

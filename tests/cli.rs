@@ -329,11 +329,12 @@ fn the_paths_of_a_pixel_add_up_to_its_value() {
     let folder = Folder::new();
     let output = folder.path("a.exr");
     let common = ["--size", "24x24", "--spp", "6", "--seed", "3", "--integrator", "mnee"];
+    let common = [&common[..], &["--region", "20x18+3+5", "--first-sample", "2"]].concat();
     expect(0, &[&["render", GLASS, "-o", &output, "--float", "--threads", "1"], &common[..]].concat());
     let image = caustica::io::image::read(Path::new(&output)).expect("an image");
     let mut walked = false;
     for (x, y) in [(12, 12), (10, 14), (12, 20)] {
-        let pixel = image.pixels[y * 24 + x].as_dvec3().to_array();
+        let pixel = image.pixels[(y - 5) * 20 + x - 3].as_dvec3().to_array();
         let (x, y) = (x.to_string(), y.to_string());
         let (out, _) = expect(0, &[&["pixel", GLASS, &x, &y], &common[..]].concat());
         let line = out.lines().find(|line| line.starts_with("mean")).expect("a mean");
@@ -365,6 +366,10 @@ fn the_brightest_paths_come_first() {
 fn a_pixel_outside_the_picture_is_named_with_the_size() {
     let (out, err) = expect(2, &["pixel", SCENE, "24", "3", "--size", "24x16"]);
     assert!(out.is_empty() && err.contains("(24, 3)") && err.contains("24x16"), "{err}");
+    let (_, err) = expect(2, &["pixel", SCENE, "2", "3", "--size", "24x16", "--region", "4x5+3+3"]);
+    assert!(err.contains("(2, 3)") && err.contains("4x5 pixels, the first is (3, 3)"), "{err}");
+    let (_, err) = expect(2, &["pixel", SCENE, "2", "3", "--size", "24x16", "--region", "4x5+21+3"]);
+    assert!(err.contains("4x5+21+3") && err.contains("24x16"), "{err}");
 }
 
 #[cfg(feature = "embree")]

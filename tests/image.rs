@@ -1,5 +1,6 @@
 //! Image files against closed values, against each other, and against oiiotool.
 
+use caustica::camera::Region;
 use caustica::io::image::{ImageError, ImageIo, Metadata, WriteOptions, check_writable, read, read_environment, write};
 use caustica::math::Rgb;
 use caustica::render::Image;
@@ -410,6 +411,31 @@ mod openimageio {
                 assert!(text.contains(part), "{part} is not in\n{text}");
             }
         }
+    }
+
+    /// A region lies at its place in the frame, in formats that have windows, and is read alone.
+    #[test]
+    fn a_region_keeps_its_place_in_files() {
+        let directory = TempDir::new().unwrap();
+        let region = Region { x: 100, y: 7, width: 37, height: 23 };
+        let mut metadata = Metadata::new();
+        metadata.set_window(region, 640, 30);
+        let oiio = WriteOptions { image_io: ImageIo::Oiio, ..FLOAT };
+        for (name, options) in
+            [("a.exr", &FLOAT), ("b.exr", &oiio), ("c.tif", &FLOAT), ("d.png", &FLOAT), ("e.jpg", &FLOAT)]
+        {
+            let path = directory.path().join(name);
+            write(&path, &picture(), &metadata, options).unwrap();
+            let (_, text) = oiiotool(&["--info", "-v"], &path, &[]);
+            let placed = text.contains("origin: x=100, y=7") && text.contains("full/display size: 640 x 30");
+            assert_eq!(placed, name.ends_with("exr") || name.ends_with("tif"), "{name}: {text}");
+            let image = read(&path).unwrap();
+            assert_eq!((image.width, image.height), (37, 23), "{name}");
+            assert!(!name.ends_with("exr") || image == picture(), "{name}");
+        }
+        metadata.set_window(Region { x: 604, ..region }, 640, 30);
+        let error = write(&directory.path().join("f.exr"), &picture(), &metadata, &FLOAT).unwrap_err().to_string();
+        assert!(error.contains("37x23+604+7 of 640x30"), "{error}");
     }
 
     /// 255 * (1.055 x^(1/2.4) - 0.055): 0.5 -> 187.52, 0.18 -> 117.65, 0.25 -> 136.96; 255 * 12.92 * 0.001 = 3.29.

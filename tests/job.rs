@@ -3,6 +3,7 @@
 
 mod common;
 
+use caustica::camera::Region;
 use caustica::intersect::Backend;
 use caustica::math::Rgb;
 use caustica::render::preview::Preview;
@@ -10,7 +11,7 @@ use caustica::render::{
     Cancel, Integrator, LEAST_PASSES, MOST_BY_NOISE, Progress, RenderError, Settings, TechniqueImages, render,
     render_shown,
 };
-use caustica::scene::description::{Geometry, LightKind};
+use caustica::scene::description::{Geometry, LightKind, Projection};
 use caustica::scene::{CommitOptions, World};
 use common::{Builder, settings};
 use glam::{DVec3, Vec3};
@@ -185,6 +186,38 @@ fn samples_do_not_depend_on_how_many_come_after_them() {
 }
 
 #[test]
+fn a_region_traced_by_paths_has_the_bits_of_the_whole() {
+    let mut b = scene();
+    let parallel = Projection::Orthographic { ymag: 1.2 };
+    b.camera(DVec3::new(0.0, 1.5, 4.0), DVec3::new(0.0, 0.5, 0.0), parallel);
+    let world = b.commit();
+    let region = Region { x: 7, y: 29, width: 33, height: 10 };
+    for camera in [0, 1] {
+        let frame = Settings { width: 51, height: 40, camera, ..settings(Integrator::Path, 0, 3, 5) };
+        let [whole, part] = [None, Some(region)]
+            .map(|region| common::run(&world, &Settings { region, ..frame.clone() }))
+            .map(|output| output.image);
+        assert_eq!((part.width, part.height), (33, 10));
+        for (y, row) in part.pixels.chunks_exact(33).enumerate() {
+            let start = (29 + y) * 51 + 7;
+            assert_eq!(row, &whole.pixels[start..start + 33], "row {y}");
+        }
+    }
+}
+
+#[test]
+fn renders_of_successive_samples_average_to_that_of_all() {
+    let world = world();
+    let sum = |first_sample: u32, samples: u32| {
+        let image = common::run(&world, &Settings { first_sample, ..settings(Integrator::Bdpt, 32, samples, 9) }).image;
+        image.pixels.into_iter().map(move |p| p.as_dvec3() * f64::from(samples))
+    };
+    for ((a, b), all) in sum(0, 3).zip(sum(3, 5)).zip(sum(0, 8)) {
+        assert!((a + b - all).abs().max_element() <= 1e-6 * all.max_element(), "{a} and {b}, {all}");
+    }
+}
+
+#[test]
 fn other_seeds_give_other_images() {
     let world = world();
     let image = |seed| common::run(&world, &settings(Integrator::Bdpt, 32, 2, seed)).image;
@@ -333,13 +366,17 @@ fn the_noise_estimate_is_the_noise() {
 fn settings_that_cannot_be_are_errors_that_name_them() {
     let world = world();
     let good = settings(Integrator::Bdpt, 8, 1, 0);
-    let cases: [(&str, Settings); 7] = [
+    let cases: [(&str, Settings); 11] = [
         ("width", Settings { width: 0, ..good.clone() }),
         ("height", Settings { height: 1 << 20, ..good.clone() }),
         ("size", Settings { width: 65536, height: 65536, ..good.clone() }),
         ("samples", Settings { samples: 0, ..good.clone() }),
         ("max_depth", Settings { max_depth: 0, ..good.clone() }),
         ("camera", Settings { camera: 1, ..good.clone() }),
+        ("region", Settings { region: Some(Region { x: 0, y: 0, width: 9, height: 1 }), ..good.clone() }),
+        ("region", Settings { region: Some(Region { x: 8, y: 0, width: 1, height: 1 }), ..good.clone() }),
+        ("region", Settings { region: Some(Region { x: 0, y: 2, width: 1, height: u32::MAX }), ..good.clone() }),
+        ("first_sample", Settings { first_sample: u32::MAX, ..good.clone() }),
         ("threads", Settings { threads: 1 << 30, ..good }),
     ];
     for (name, settings) in cases {

@@ -6,7 +6,7 @@
 
 mod common;
 
-use caustica::camera::Camera;
+use caustica::camera::{Camera, Region};
 use caustica::integrator::Sample;
 use caustica::integrator::bdpt::{self, View};
 use caustica::math::Rgb;
@@ -113,8 +113,9 @@ fn a_cancel_ends_searches() {
         tracer.connect_through_glass();
         tracer.options.search = Some(1.0);
         tracer.stop = Some(&stop);
-        let camera = Camera::new(&world.cameras[0], 16, 16);
-        let view = View { medium: Some(0), camera, width: 16, height: 16 };
+        let region = Region::all(16, 16);
+        let camera = Camera::new(&world.cameras[0], 16, 16, region);
+        let view = View { medium: Some(0), camera, columns: 16, region };
         for (pass, pixel) in (0..16).flat_map(|pass| (0..16 * 16).map(move |pixel| (pass, pixel))) {
             bdpt::sample(&mut tracer, &view, 1, pixel, pass, &mut Sample::default(), &mut ());
         }

@@ -6,7 +6,7 @@
 
 mod common;
 
-use caustica::camera::{Camera, Endpoint};
+use caustica::camera::{Camera, Endpoint, Region};
 use caustica::emitter::Lights;
 use caustica::geometry::ray::segment;
 use caustica::geometry::{Aim, Ray, Reach};
@@ -288,10 +288,11 @@ fn check(name: &str, builder: &Builder) {
 /// Without caustic connections if there are no options for them.
 fn check_with(name: &str, builder: &Builder, caustics: Option<CausticOptions>) {
     let world = builder.commit();
-    let (width, height) = (24, 20);
-    let camera = Camera::new(&world.cameras[0], width, height);
-    let medium = world.medium_at(camera.generate(Vec2::new(12.0, 10.0)).0);
-    let view = View { camera: camera.clone(), medium: Some(medium), width, height };
+    // A part of the frame, which is the general case.
+    let region = Region { x: 2, y: 1, width: 24, height: 20 };
+    let camera = Camera::new(&world.cameras[0], 28, 22, region);
+    let medium = world.medium_at(camera.generate(Vec2::new(14.0, 11.0)).0);
+    let view = View { camera: camera.clone(), medium: Some(medium), columns: 28, region };
     let mut tracer = Tracer::new(&world, 9);
     let connects = caustics.is_some() && world.requirements.caustics;
     if connects {
@@ -323,7 +324,7 @@ fn check_with(name: &str, builder: &Builder, caustics: Option<CausticOptions>) {
     };
     let mut out = Sample::default();
     for index in 0..12 {
-        for pixel in 0..width * height {
+        for pixel in 0..24 * 20 {
             bdpt::sample(&mut tracer, &view, 11, pixel, index, &mut out, &mut check);
         }
     }

@@ -5,7 +5,7 @@ mod tests;
 
 use crate::geometry::SurfacePoint;
 use crate::scene::description;
-use glam::{DVec2, DVec3, Vec2, Vec3};
+use glam::{DVec2, DVec3, UVec2, Vec2, Vec3};
 
 /// Where a path ends: on a surface, at a point in space, or at infinity.
 #[derive(Clone, Copy, Debug)]
@@ -33,19 +33,63 @@ impl Endpoint {
 /// How the camera sees a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraConnection {
-    /// Raster position; pixel (0, 0) covers `[0, 1)²` at the top left.
+    /// Raster position; pixel (0, 0) of the frame covers `[0, 1)²` at its top left.
     pub raster: Vec2,
     /// From the point toward the camera, unit.
     pub wi: Vec3,
     /// Where the segment to the camera ends.
     pub target: Vec3,
-    /// Density, per perpendicular area at the point, with which primary rays over the whole film
-    /// reach it: pinhole `1/(A_1 cos³ d²)`, parallel `1/A_film`. With a box filter this is also the
-    /// importance over `N_pixels`.
+    /// Density, per perpendicular area at the point, with which primary rays over the film reach it: pinhole
+    /// `1/(A_1 cos³ d²)`, parallel `1/A_film`. With a box filter this is also the importance over the number of the film's
+    /// pixels.
     pub density: f64,
 }
 
-/// A camera with its film size.
+/// A rectangle of pixels of a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Region {
+    /// Columns of the frame left of it.
+    pub x: u32,
+    /// Rows of the frame above it.
+    pub y: u32,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+impl Region {
+    /// All of a frame.
+    pub fn all(width: u32, height: u32) -> Region {
+        Region { x: 0, y: 0, width, height }
+    }
+
+    /// Whether it has pixels, all of them in this frame.
+    pub fn is_within(&self, width: u32, height: u32) -> bool {
+        let inside = |start: u32, length: u32, all: u32| length > 0 && start < all && length <= all - start;
+        inside(self.x, self.width, width) && inside(self.y, self.height, height)
+    }
+
+    /// Number in it of the pixel in that column and row of the frame.
+    pub fn number(&self, x: u32, y: u32) -> Option<u32> {
+        let (column, row) = (x.checked_sub(self.x)?, y.checked_sub(self.y)?);
+        (column < self.width && row < self.height).then(|| row * self.width + column)
+    }
+
+    /// Number of pixels.
+    pub fn pixels(&self) -> u64 {
+        u64::from(self.width) * u64::from(self.height)
+    }
+}
+
+/// As X11 writes it: `WIDTHxHEIGHT+X+Y`.
+impl std::fmt::Display for Region {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}x{}+{}+{}", self.width, self.height, self.x, self.y)
+    }
+}
+
+/// A camera with its frame, and the part of that which is its film.
 #[derive(Clone, Debug)]
 pub struct Camera {
     origin: Vec3,
@@ -56,13 +100,15 @@ pub struct Camera {
     /// Unit, into the scene.
     forward: Vec3,
     projection: Projection,
-    /// Half the film's width and height: at unit distance for a pinhole, in metres for a parallel
+    /// Half the frame's width and height: at unit distance for a pinhole, in metres for a parallel
     /// projection.
-    half_film: Vec2,
-    /// Its area, in the same unit.
+    half_frame: Vec2,
+    /// The film's area, in the same unit.
     film_area: f64,
-    /// Film size in pixels.
+    /// The frame's size in pixels.
     pixels: Vec2,
+    /// The film's edges in pixels of the frame: left and top, right and bottom.
+    film: [Vec2; 2],
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -72,8 +118,8 @@ enum Projection {
 }
 
 impl Camera {
-    /// From a validated description and an image size in pixels.
-    pub fn new(description: &description::Camera, width: u32, height: u32) -> Camera {
+    /// From a validated description, the size of a frame in pixels, and the region of it that is film.
+    pub fn new(description: &description::Camera, width: u32, height: u32, region: Region) -> Camera {
         let axes = description.transform.matrix3;
         // Up is kept in the plane of the given z and y; right follows, so that no transform mirrors.
         let back = axes.z_axis.normalize_or(DVec3::Z);
@@ -84,22 +130,25 @@ impl Camera {
             description::Projection::Orthographic { ymag } => (Projection::Parallel, ymag),
         };
         let half_width = half_height * f64::from(width) / f64::from(height);
+        let corner = UVec2::new(region.x, region.y);
+        let share = region.pixels() as f64 / Region::all(width, height).pixels() as f64;
         Camera {
             origin: description.transform.translation.as_vec3(),
             right: up.cross(back).as_vec3(),
             up: up.as_vec3(),
             forward: (-back).as_vec3(),
             projection,
-            half_film: DVec2::new(half_width, half_height).as_vec2(),
-            film_area: 4.0 * half_width * half_height,
-            pixels: Vec2::new(width as f32, height as f32),
+            half_frame: DVec2::new(half_width, half_height).as_vec2(),
+            film_area: 4.0 * half_width * half_height * share,
+            pixels: UVec2::new(width, height).as_vec2(),
+            film: [corner, corner + UVec2::new(region.width, region.height)].map(|edge| edge.as_vec2()),
         }
     }
 
     /// The primary ray through a raster position: origin and unit direction. Its sampling weight is 1.
     #[inline]
     pub fn generate(&self, raster: Vec2) -> (Vec3, Vec3) {
-        let film = (2.0 * raster / self.pixels - Vec2::ONE) * self.half_film;
+        let film = (2.0 * raster / self.pixels - Vec2::ONE) * self.half_frame;
         let offset = self.right * film.x - self.up * film.y;
         match self.projection {
             Projection::Pinhole => (self.origin, (self.forward + offset).normalize()),
@@ -163,8 +212,8 @@ impl Camera {
             Projection::Pinhole => film / depth,
             Projection::Parallel => film,
         };
-        let raster = 0.5 * (film.as_vec2() / self.half_film + Vec2::ONE) * self.pixels;
-        let inside = raster.cmpge(Vec2::ZERO).all() && raster.cmplt(self.pixels).all();
+        let raster = 0.5 * (film.as_vec2() / self.half_frame + Vec2::ONE) * self.pixels;
+        let inside = raster.cmpge(self.film[0]).all() && raster.cmplt(self.film[1]).all();
         inside.then_some((raster, depth))
     }
 }

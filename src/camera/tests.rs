@@ -10,7 +10,8 @@ const WIDTH: u32 = 160;
 const HEIGHT: u32 = 90;
 
 fn camera(projection: description::Projection, transform: DAffine3) -> Camera {
-    Camera::new(&description::Camera { name: String::new(), transform, projection }, WIDTH, HEIGHT)
+    let description = description::Camera { name: String::new(), transform, projection };
+    Camera::new(&description, WIDTH, HEIGHT, Region::all(WIDTH, HEIGHT))
 }
 
 /// Rotated, moved and unevenly scaled.
@@ -41,6 +42,36 @@ fn a_plain_camera_looks_along_minus_z_with_y_up() {
     let (origin, direction) = c.generate(Vec2::ZERO);
     assert!((origin - Vec3::new(-1.5 * aspect, 1.5, 7.0)).length() < 1e-6);
     assert_eq!(direction, Vec3::NEG_Z);
+}
+
+#[test]
+fn a_region_is_a_smaller_film() {
+    let region = Region { x: 40, y: 10, width: 32, height: 45 };
+    for projection in [Perspective { yfov: 1.0 }, Orthographic { ymag: 1.5 }] {
+        let description = description::Camera { name: String::new(), transform: pose(), projection };
+        let (whole, part) = (camera(projection, pose()), Camera::new(&description, WIDTH, HEIGHT, region));
+        let share = region.pixels() as f64 / f64::from(WIDTH * HEIGHT);
+        let mut random = random();
+        let mut seen = 0;
+        for _ in 0..20_000 {
+            let raster = random.next_2d() * Vec2::new(WIDTH as f32, HEIGHT as f32);
+            let (origin, direction) = whole.generate(raster);
+            assert_eq!((origin, direction), part.generate(raster));
+            let p = origin + direction * 3.0;
+            let (of_whole, of_part) = (whole.connect(p), part.connect(p));
+            let Some(found) = of_part else {
+                let at = of_whole.map_or(raster, |found| found.raster);
+                assert_eq!(region.number(at.x as u32, at.y as u32), None, "{at}");
+                continue;
+            };
+            seen += 1;
+            let expected = of_whole.expect("what a part sees, the whole sees");
+            assert!((found.density * share / expected.density - 1.0).abs() < 1e-12);
+            assert_eq!(CameraConnection { density: expected.density, ..found }, expected);
+            assert!(region.number(found.raster.x as u32, found.raster.y as u32).is_some(), "{found:?}");
+        }
+        assert!((f64::from(seen) / 20_000.0 - share).abs() < 0.02, "{seen}");
+    }
 }
 
 #[test]

@@ -111,14 +111,30 @@ pub struct RenderDesc {
     pub caustic_options: In<CausticOptions>,
     /// 0 for none.
     pub noise_limit: f32,
-    /// Zero.
-    pub reserved: u32,
+    /// 0 for the usual.
+    pub first_sample: u32,
+    /// All 0 for the whole frame.
+    pub region: Region,
+}
+
+/// `caustica_region`.
+#[derive(Clone, Copy)]
+#[repr(C)]
+pub struct Region {
+    /// Columns left of it.
+    pub x: u32,
+    /// Rows above it.
+    pub y: u32,
+    /// Pixels.
+    pub width: u32,
+    /// Pixels.
+    pub height: u32,
 }
 
 // SAFETY: `repr(C)`, `u32` first; callback and options are C's nullable pointers, the rest are numbers.
 unsafe impl Sized32 for RenderDesc {
     const NAME: &'static str = "caustica_render_desc";
-    const FIRST_SIZE: usize = 96;
+    const FIRST_SIZE: usize = 112;
 }
 
 /// What came of a render, and what it was.
@@ -382,9 +398,8 @@ fn request(device: &Arc<Device>, desc: In<RenderDesc>) -> Result<Request, Failur
         let zero = if d.width == 0 { "width" } else { "height" };
         return Err(Failure::argument(zero, "is 0 beside another that is not; both or none were expected"));
     }
-    if d.reserved != 0 {
-        return Err(Failure::argument("reserved", format!("is {}; 0 was expected", d.reserved)));
-    }
+    let Region { x, y, width, height } = d.region;
+    let region = render::Region { x, y, width, height };
     let noise = d.noise_limit;
     let scene = device.scenes.get(d.scene)?;
     let snapshot = scene.snapshot().ok_or_else(|| {
@@ -401,9 +416,11 @@ fn request(device: &Arc<Device>, desc: In<RenderDesc>) -> Result<Request, Failur
         },
         width: or(d.width, defaults.width),
         height: or(d.height, defaults.height),
+        region: (region != render::Region::all(0, 0)).then_some(region),
         camera: camera_index(device, &snapshot, d.camera)?,
         // Without a number, the limits alone decide.
-        samples: or(d.samples, render::samples_by_limits(seconds > 0.0, noise != 0.0)),
+        samples: or(d.samples, render::samples_by_limits(seconds > 0.0, noise != 0.0, d.first_sample)),
+        first_sample: d.first_sample,
         // A limit too long for a `Duration` is none.
         time_limit: (seconds > 0.0).then(|| Duration::try_from_secs_f64(seconds).ok()).flatten(),
         noise_limit: (noise != 0.0).then_some(noise),

@@ -2,7 +2,7 @@
 //! another mean number; all techniques s >= 0, t >= 1, weighted by the balance heuristic.
 
 use super::{Contribution, Observer, Sample, Splat};
-use crate::camera::Camera;
+use crate::camera::{Camera, Region};
 use crate::math::{Rgb, Sampler, Stream, pixel_position};
 use crate::scene::media::MediumId;
 use crate::transport::{LightVertex, Tracer};
@@ -15,26 +15,41 @@ pub struct View {
     pub camera: Camera,
     /// Medium around it, if that is one: the film of a parallel projection may lie in several.
     pub medium: Option<MediumId>,
-    /// Film size in pixels.
-    pub width: u32,
-    /// Film size in pixels.
-    pub height: u32,
+    /// Columns of the frame.
+    pub columns: u32,
+    /// What of the frame is rendered. Pixels are numbered in it, row by row.
+    pub region: Region,
 }
 
 impl View {
-    /// Raster position of a sample: uniform in its pixel.
+    /// Column and row of the frame where a pixel is.
     #[inline]
-    pub fn raster(&self, seed: u64, pixel: u32, sample: u32) -> Vec2 {
-        let corner = Vec2::new((pixel % self.width) as f32, (pixel / self.width) as f32);
-        corner + pixel_position(seed, pixel, sample)
+    pub fn place(&self, pixel: u32) -> [u32; 2] {
+        let Region { x, y, width, .. } = self.region;
+        [x + pixel % width, y + pixel / width]
     }
 
-    /// The pixel that a raster position falls on.
+    /// The pixel's number in the frame, by which its random numbers are chosen: they are the same in each region.
+    #[inline]
+    pub fn number(&self, pixel: u32) -> u32 {
+        let [x, y] = self.place(pixel);
+        y * self.columns + x
+    }
+
+    /// Raster position of a sample in the frame: uniform in its pixel.
+    #[inline]
+    pub fn raster(&self, seed: u64, pixel: u32, sample: u32) -> Vec2 {
+        let corner = self.place(pixel).map(|place| place as f32);
+        Vec2::from(corner) + pixel_position(seed, self.number(pixel), sample)
+    }
+
+    /// The pixel that a raster position on the film falls on.
     #[inline]
     pub fn pixel(&self, raster: Vec2) -> u32 {
-        let x = (raster.x as u32).min(self.width - 1);
-        let y = (raster.y as u32).min(self.height - 1);
-        y * self.width + x
+        let Region { x, y, width, height } = self.region;
+        let column = (raster.x as u32 - x).min(width - 1);
+        let row = (raster.y as u32 - y).min(height - 1);
+        row * width + column
     }
 }
 
@@ -62,7 +77,8 @@ pub(crate) fn from_camera<O: Observer>(
     out: &mut Sample,
     observer: &mut O,
 ) {
-    let stream = |kind| Sampler::new(seed, pixel, index, kind);
+    let number = view.number(pixel);
+    let stream = |kind| Sampler::new(seed, number, index, kind);
     let mut camera_numbers = stream(Stream::Camera);
     let raster = view.raster(seed, pixel, index);
     tracer.trace_camera(&view.camera, view.medium, raster, &mut camera_numbers);
@@ -102,7 +118,7 @@ pub(crate) fn from_lights<O: Observer>(
     observer: &mut O,
 ) {
     tracer.light_vertices.clear();
-    let mut light_numbers = Sampler::new(seed, pixel, index, Stream::Light);
+    let mut light_numbers = Sampler::new(seed, view.number(pixel), index, Stream::Light);
     // The number on average: the whole part of it, and one more as often as the rest says.
     let number = (tracer.light_subpaths + f64::from(light_numbers.next_1d())) as u32;
     for _ in 0..number {

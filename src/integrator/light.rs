@@ -17,7 +17,8 @@ pub fn sample<O: Observer>(
     out: &mut Sample,
     observer: &mut O,
 ) {
-    let stream = |kind| Sampler::new(seed, pixel, index, kind);
+    let number = view.number(pixel);
+    let stream = |kind| Sampler::new(seed, number, index, kind);
     let longest = std::mem::replace(&mut tracer.max_depth, 1);
     let raster = view.raster(seed, pixel, index);
     tracer.trace_camera(&view.camera, view.medium, raster, &mut stream(Stream::Camera));

@@ -25,8 +25,9 @@ pub fn sample(
     caustics_only: bool,
     out: &mut Sample,
 ) {
-    let mut numbers = Sampler::new(seed, pixel, index, Stream::Camera);
-    let mut connect_numbers = Sampler::new(seed, pixel, index, Stream::Connect);
+    let number = view.number(pixel);
+    let mut numbers = Sampler::new(seed, number, index, Stream::Camera);
+    let mut connect_numbers = Sampler::new(seed, number, index, Stream::Connect);
     let raster = view.raster(seed, pixel, index);
     let (origin, direction) = view.camera.generate(raster);
     let world = tracer.world;

@@ -150,7 +150,7 @@ pub fn render_shown(
                     return;
                 }
                 sample.splats.clear();
-                let (seed, pass) = (settings.seed, tile.pass);
+                let (seed, pass) = (settings.seed, settings.first_sample + tile.pass);
                 if settings.integrator == Integrator::Path {
                     path::sample(&mut tracer, &view, seed, pixel, pass, settings.caustics_only, &mut sample);
                 } else if settings.per_technique || settings.caustics_only {
@@ -186,6 +186,9 @@ pub fn render_shown(
     let mut output = passes.take_output();
     output.cancelled = cancelled && output.statistics.samples < settings.samples;
     let statistics = &mut output.statistics;
+    if let Some((_, sample)) = &mut statistics.first_non_finite {
+        *sample += settings.first_sample;
+    }
     statistics.caustics = pilot.connects;
     statistics.forecast = pilot.forecast;
     statistics.aimed = pilot.aim.is_some();

@@ -14,6 +14,7 @@ pub mod preview;
 mod samples;
 mod settings;
 
+pub use crate::camera::Region;
 pub use error::RenderError;
 pub use image::Image;
 pub use job::{Cancel, Progress, render, render_shown};

@@ -23,6 +23,7 @@
 //! picture, which the same samples estimate, so that a single bright path, whose block it has brightened,
 //! counts no more than that block.
 
+use crate::camera::Region;
 use crate::integrator::bdpt::View;
 use crate::integrator::{Contribution, Observer};
 use crate::transport::aim::departures;
@@ -167,15 +168,15 @@ impl Paths<'_> {
             (0..n).for_each(|i| all[along(i, n)] += 1.0);
             all
         };
-        let columns = pixels(view.width);
-        let rows = pixels(view.height);
+        let columns = pixels(view.region.width);
+        let rows = pixels(view.region.height);
         let blocks: Vec<_> = rows.iter().flat_map(|rows| columns.iter().map(move |n| [0.0, rows * n])).collect();
         let moments = vec![Moments::default(); blocks.len()];
         Paths { view, caustics_only, blocks, moments, light: 0.0 }
     }
 
     fn block(&self, pixel: u32) -> usize {
-        let View { width, height, .. } = *self.view;
+        let Region { width, height, .. } = self.view.region;
         along(pixel / width, height) * BLOCKS.min(width) as usize + along(pixel % width, width)
     }
 
@@ -276,7 +277,9 @@ mod tests {
             transform: DAffine3::IDENTITY,
             projection: description::Projection::Perspective { yfov: 1.0 },
         };
-        let view = View { camera: Camera::new(&camera, width, height), medium: Some(0), width, height };
+        let region = Region::all(width, height);
+        let camera = Camera::new(&camera, width, height, region);
+        let view = View { camera, medium: Some(0), columns: width, region };
         let mut paths = Paths::new(&view, false);
         for pixel in 0..width * height {
             let connected = pixel % 2 == 0;

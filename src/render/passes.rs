@@ -4,6 +4,7 @@
 
 use super::film::Film;
 use super::{LEAST_PASSES, Output, RenderError, Settings, Statistics, Technique, TechniqueImages};
+use crate::camera::Region;
 use crate::integrator::{Sample, Splat};
 use crate::math::Rgb;
 use crate::render::Image;
@@ -141,7 +142,8 @@ struct State {
 impl Passes {
     /// For a validated request and that many workers.
     pub fn new(settings: &Settings, workers: usize) -> Result<Passes, RenderError> {
-        let pixels = settings.width * settings.height;
+        let Region { width, height, .. } = settings.region();
+        let pixels = width * height;
         let tiles_per_pass = pixels.div_ceil(TILE_PIXELS);
         Ok(Passes {
             pixels,
@@ -153,7 +155,7 @@ impl Passes {
                 end: settings.samples,
                 finished_tiles: 0,
                 waiting: BTreeMap::new(),
-                film: Film::new(settings.width, settings.height)?,
+                film: Film::new(width, height)?,
                 techniques: BTreeMap::new(),
                 out_of_memory: false,
                 rays: RayCount::default(),

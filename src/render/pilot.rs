@@ -159,7 +159,7 @@ impl<'v> Group<'v> {
         settings: &Settings,
         cancel: &Cancel,
     ) -> Option<Group<'v>> {
-        let pixels = u64::from(settings.width) * u64::from(settings.height);
+        let pixels = view.region.pixels();
         let mut sample = Sample::default();
         let mut group = Group {
             paths: Paths::new(view, settings.caustics_only),
@@ -175,7 +175,7 @@ impl<'v> Group<'v> {
             }
             sample.splats.clear();
             let pixel = place(number * GROUP + i, pixels);
-            // Passes count up from 0 and never get there.
+            // Samples of renders are counted up from 0 and hardly get there.
             let (seed, pass, paths) = (settings.seed, u32::MAX - number, &mut group.paths);
             for part in [0, 1] {
                 let before = Work::so_far(tracer);

@@ -2,6 +2,7 @@
 
 use super::pilot;
 use super::{Cancel, Integrator, RenderError, Settings, samples, settings};
+use crate::camera::Region;
 use crate::integrator::bdpt::View;
 use crate::integrator::{Observer, Sample};
 use crate::scene::World;
@@ -29,15 +30,16 @@ impl<'w> Probe<'w> {
         Ok(Probe { tracer, view, settings: settings.clone() })
     }
 
-    /// One sample of the pixel in column `x` and row `y`; `observer` is shown its paths.
+    /// One sample of the pixel in column `x` and row `y` of the frame; `observer` is shown its paths.
     pub fn trace<O: Observer>(&mut self, x: u32, y: u32, index: u32, observer: &mut O) -> Result<Sample, RenderError> {
-        let Settings { width, height, .. } = self.settings;
-        if x >= width || y >= height {
-            let expected = format!("the picture has {width}x{height} pixels, the first is (0, 0)");
+        let region = self.view.region;
+        let Some(pixel) = region.number(x, y) else {
+            let Region { x: left, y: top, width, height } = region;
+            let expected = format!("the picture has {width}x{height} pixels, the first is ({left}, {top})");
             return RenderError::setting("pixel", format!("({x}, {y})"), expected);
-        }
+        };
         let mut sample = Sample::default();
-        samples::estimate(&mut self.tracer, &self.view, &self.settings, y * width + x, index, &mut sample, observer);
+        samples::estimate(&mut self.tracer, &self.view, &self.settings, pixel, index, &mut sample, observer);
         Ok(sample)
     }
 

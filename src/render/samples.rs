@@ -8,7 +8,7 @@ use crate::integrator::{Observer, Sample, light};
 use crate::math::pixel_position;
 use crate::scene::World;
 use crate::transport::Tracer;
-use glam::Vec2;
+use glam::UVec2;
 
 pub(super) fn connects_through_glass(world: &World, settings: &Settings) -> bool {
     world.requirements.caustics
@@ -25,13 +25,14 @@ const FILM_PROBES: u32 = 1024;
 
 /// The camera of a validated request.
 pub(super) fn view(world: &World, settings: &Settings) -> View {
-    let camera = Camera::new(&world.cameras[settings.camera], settings.width, settings.height);
-    let (width, height) = (settings.width, settings.height);
-    let at = |i| world.medium_at(camera.generate(pixel_position(0, 0, i) * Vec2::new(width as f32, height as f32)).0);
+    let region = settings.region();
+    let camera = Camera::new(&world.cameras[settings.camera], settings.width, settings.height, region);
+    let [corner, size] = [[region.x, region.y], [region.width, region.height]].map(|side| UVec2::from(side).as_vec2());
+    let at = |i| world.medium_at(camera.generate(corner + pixel_position(0, 0, i) * size).0);
     let first = at(0);
     let pinhole = matches!(camera.endpoint(), Endpoint::Point(_));
     let one = pinhole || !world.requirements.media || (1..FILM_PROBES).all(|i| at(i) == first);
-    View { medium: one.then_some(first), camera, width, height }
+    View { medium: one.then_some(first), camera, columns: settings.width, region }
 }
 
 /// A worker's tracer.

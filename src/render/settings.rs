@@ -1,6 +1,7 @@
 //! What to render and how long.
 
 use super::RenderError;
+use crate::camera::Region;
 use crate::scene::World;
 use crate::transport::options::{
     CausticOptions, Check, GeometryTerm, LARGEST_AIM, LARGEST_TOLERANCE, LEAST_LIGHT_SUBPATHS, LEAST_TOLERANCE,
@@ -29,14 +30,19 @@ pub enum Integrator {
 pub struct Settings {
     /// Estimator.
     pub integrator: Integrator,
-    /// Pixels.
+    /// Columns of the frame.
     pub width: u32,
-    /// Pixels.
+    /// Rows of the frame.
     pub height: u32,
+    /// What of the frame is rendered, and is the image; `None`: all. Light subpaths are as many as its samples, and what
+    /// they say is weighed accordingly. Path tracing gives the same bits as in the whole.
+    pub region: Option<Region>,
     /// Index into the scene's cameras.
     pub camera: usize,
     /// Samples per pixel; with a limit of time or noise, at most so many.
     pub samples: u32,
+    /// Number of the first of them: renders of 0 to 63 and of 64 to 127 have, on average, the image of 0 to 127.
+    pub first_sample: u32,
     /// Stop at the end of the pass that is running at this time.
     pub time_limit: Option<Duration>,
     /// Stop after the pass that brings the estimated noise, the relative standard error of the image, down to this: not
@@ -65,8 +71,10 @@ impl Default for Settings {
             integrator: Integrator::default(),
             width: 512,
             height: 512,
+            region: None,
             camera: 0,
             samples: 64,
+            first_sample: 0,
             time_limit: None,
             noise_limit: None,
             max_depth: 12,
@@ -81,6 +89,11 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// What of the frame is rendered.
+    pub fn region(&self) -> Region {
+        self.region.unwrap_or(Region::all(self.width, self.height))
+    }
+
     /// The settings that change an image beside its samples and seed, for its metadata.
     pub fn describe(&self) -> String {
         let integrator = match (self.integrator, self.caustics) {
@@ -92,11 +105,13 @@ impl Settings {
             (Integrator::Bdpt, Caustics::Off) => "bdpt caustics=off",
         };
         let only = if self.caustics_only { " caustics-only" } else { "" };
+        let region = self.region.map_or(String::new(), |region| format!(" region={region}"));
+        let first = if self.first_sample > 0 { format!(" first-sample={}", self.first_sample) } else { String::new() };
         let how = match self.caustic_options {
             options if options == CausticOptions::default() => String::new(),
             options => format!(" {options:?}"),
         };
-        format!("integrator={integrator} max-depth={}{only}{how}", self.max_depth)
+        format!("integrator={integrator} max-depth={}{only}{region}{first}{how}", self.max_depth)
     }
 }
 
@@ -126,10 +141,10 @@ pub const MOST_BY_NOISE: u32 = 1 << 16;
 /// Longest path, in segments.
 pub const LARGEST_DEPTH: u32 = 1024;
 
-/// Samples per pixel where nobody asked for a number, with these limits.
-pub fn samples_by_limits(time: bool, noise: bool) -> u32 {
+/// Samples per pixel, from the first on, where nobody asked for a number, with these limits.
+pub fn samples_by_limits(time: bool, noise: bool, first_sample: u32) -> u32 {
     match (time, noise) {
-        (true, false) => u32::MAX,
+        (true, false) => u32::MAX - first_sample,
         (_, true) => MOST_BY_NOISE,
         (false, false) => Settings::default().samples,
     }
@@ -150,6 +165,15 @@ pub(crate) fn validate(world: &World, settings: &Settings) -> Result<(), RenderE
     if settings.width as u64 * settings.height as u64 > u32::MAX as u64 {
         let size = format!("{}x{}", settings.width, settings.height);
         return RenderError::setting("size", size, "fewer than 2^32 pixels were expected");
+    }
+    if let Some(region) = settings.region.filter(|region| !region.is_within(settings.width, settings.height)) {
+        let expected = format!("pixels of the frame, which has {}x{}, were expected", settings.width, settings.height);
+        return RenderError::setting("region", region, expected);
+    }
+    if settings.first_sample.checked_add(settings.samples).is_none() {
+        let expected =
+            format!("with {} samples at most {} was expected", settings.samples, u32::MAX - settings.samples);
+        return RenderError::setting("first_sample", settings.first_sample, expected);
     }
     if let Some(noise) = settings.noise_limit.filter(|n| !(*n > 0.0 && n.is_finite())) {
         return RenderError::setting("noise_limit", noise, "a finite number above 0 was expected");

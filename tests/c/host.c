@@ -3,6 +3,7 @@
 #define _DEFAULT_SOURCE
 #include "caustica.h"
 #include <dirent.h>
+#include <math.h>
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -219,6 +220,47 @@ static void callbacks(void) {
     OK(caustica_render_result(device, render, &statistics));
     TRUE(statistics.samples >= 16 && statistics.samples < 65536 && statistics.noise > 0 && statistics.noise <= 0.1f);
     OK(caustica_render_release(device, render));
+}
+
+/* A part of the frame, and a part of the samples. */
+static void parts(void) {
+    caustica_render_desc desc = request(4);
+    caustica_render_job render;
+    caustica_statistics statistics = {.struct_size = sizeof statistics};
+    static float whole[30 * 40 * 3], part[9 * 12 * 3], first[30 * 40 * 3], second[30 * 40 * 3];
+    caustica_pixels pixels = {.struct_size = sizeof pixels, .format = CAUSTICA_FORMAT_RGB_F32};
+    uint32_t samples = 0;
+    pixels.samples = &samples;
+    desc.integrator = CAUSTICA_INTEGRATOR_PATH;
+#define READ(into)                                                                  \
+    do {                                                                            \
+        pixels.data = into;                                                         \
+        pixels.size = sizeof into;                                                  \
+        OK(caustica_render(device, &desc, &render));                                \
+        OK(caustica_render_read(device, render, &pixels));                          \
+        OK(caustica_render_result(device, render, &statistics));                    \
+        OK(caustica_render_release(device, render));                                \
+    } while (0)
+    READ(whole);
+    desc.region.x = 20;
+    desc.region.y = 11;
+    desc.region.width = 12;
+    desc.region.height = 9;
+    READ(part);
+    TRUE(statistics.width == 12 && statistics.height == 9);
+    for (int y = 0; y < 9; ++y) TRUE(memcmp(part + 36 * y, whole + 3 * (40 * (11 + y) + 20), 36 * sizeof(float)) == 0);
+    memset(&desc.region, 0, sizeof desc.region);
+    desc.samples = 1;
+    READ(first);
+    desc.first_sample = 1;
+    desc.samples = 3;
+    READ(second);
+    TRUE(samples == 3);
+    for (int i = 0; i < 30 * 40 * 3; ++i) {
+        const float both = (first[i] + 3 * second[i]) / 4;
+        TRUE(fabsf(both - whole[i]) <= 1e-5f * both);
+    }
+#undef READ
 }
 
 static void asynchronous(void) {
@@ -689,6 +731,7 @@ int main(void) {
     TRUE(render_hash(&desc) != h);
 
     callbacks();
+    parts();
     asynchronous();
     failing();
     nothing_yet();

@@ -1,6 +1,7 @@
 //! The command line as typed.
 
 use crate::{Failure, scene};
+use caustica::camera::Region;
 use caustica::intersect::Backend;
 use caustica::render::{Caustics, Integrator, Settings};
 use caustica::scene::description::Camera;
@@ -94,6 +95,12 @@ pub(crate) struct Picture {
     /// Image size in pixels
     #[arg(long, value_name = "WxH", default_value = "512x512", value_parser = size)]
     pub(crate) size: (u32, u32),
+    /// Render these pixels alone, at column X and row Y; an EXR or TIFF says where they are
+    #[arg(long, value_name = "WxH+X+Y", value_parser = region)]
+    pub(crate) region: Option<Region>,
+    /// Number of the first sample: the average of samples 0 to 63 and 64 to 127 is the image of 0 to 127
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(crate) first_sample: u32,
     /// Which of the scene's cameras [default: the first]
     #[arg(long, value_name = "NAME|INDEX")]
     pub(crate) camera: Option<String>,
@@ -171,6 +178,8 @@ impl Picture {
         Ok(Settings {
             width: self.size.0,
             height: self.size.1,
+            region: self.region,
+            first_sample: self.first_sample,
             camera: scene::camera(cameras, self.camera.as_deref())?,
             max_depth: self.max_depth,
             seed: self.seed,
@@ -199,9 +208,6 @@ pub(crate) struct Pixel {
     /// Samples to show
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) spp: u32,
-    /// Number of the first
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub(crate) first_sample: u32,
     /// Print only the N paths of all samples that add most
     #[arg(long, value_name = "N")]
     pub(crate) brightest: Option<usize>,
@@ -433,6 +439,14 @@ fn size(text: &str) -> Result<(u32, u32), String> {
     Ok((side("width", width)?, side("height", height)?))
 }
 
+fn region(text: &str) -> Result<Region, String> {
+    let parts: Vec<&str> = text.split('+').collect();
+    let [pixels, x, y] = parts[..] else { return Err("expected WIDTHxHEIGHT+X+Y, as in 64x48+100+20".into()) };
+    let (width, height) = size(pixels)?;
+    let start = |digits: &str| digits.parse().map_err(|_| format!("'{digits}' is not a whole number"));
+    Ok(Region { x: start(x)?, y: start(y)?, width, height })
+}
+
 fn seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         // Ten years: what a Duration and an Instant surely hold.
@@ -473,6 +487,14 @@ mod tests {
         assert_eq!(size("640x480"), Ok((640, 480)));
         for wrong in ["640", "x", "0x4", "4x0", "-4x4", "4x4x4", "4.5x4", "99999999999x4"] {
             assert!(size(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn regions() {
+        assert_eq!(region("64x48+100+0"), Ok(Region { x: 100, y: 0, width: 64, height: 48 }));
+        for wrong in ["64x48", "64x48+1", "64x48+1+2+3", "64x0+1+2", "64x48+-1+2", "64x48-1-2", "+1+2", ""] {
+            assert!(region(wrong).is_err(), "{wrong}");
         }
     }
 

@@ -3,7 +3,7 @@
 use crate::args::Pixel;
 use crate::console::{self, Console};
 use crate::{Failure, scene, units, walks};
-use caustica::camera::Endpoint;
+use caustica::camera::{Endpoint, Region};
 use caustica::integrator::{Contribution, Observer};
 use caustica::manifold::MAX_CHAIN;
 use caustica::math::Rgb;
@@ -18,9 +18,9 @@ use glam::{DVec3, Vec3};
 
 pub(crate) fn run(args: &Pixel) -> Result<(), Failure> {
     args.picture.check_used(args.integrator);
-    let Some(last_sample) = args.first_sample.checked_add(args.spp - 1) else {
+    let Some(last_sample) = args.picture.first_sample.checked_add(args.spp - 1) else {
         let expected = "sample numbers below 2^32 were expected".to_owned();
-        let value = args.first_sample.to_string();
+        let value = args.picture.first_sample.to_string();
         return Err(RenderError::Setting { setting: "first sample", value, expected }.into());
     };
     let commit = CommitOptions { backend: args.picture.backend(), threads: 0 };
@@ -31,14 +31,14 @@ pub(crate) fn run(args: &Pixel) -> Result<(), Failure> {
     let mut paths = Paths {
         names: Names { world: &world, description: &description, kinds },
         eye: probe.view().camera.endpoint(),
-        width: settings.width,
+        region: settings.region(),
         sample: 0,
         text: String::new(),
         brightest: args.brightest.map(|n| (n, Vec::new())),
     };
 
     let (mut sum, mut left_out) = (DVec3::ZERO, 0);
-    for index in args.first_sample..=last_sample {
+    for index in args.picture.first_sample..=last_sample {
         paths.sample = index;
         let sample = probe.trace(args.x, args.y, index, &mut paths)?;
         if sample.radiance.is_finite() {
@@ -78,7 +78,7 @@ pub(crate) fn run(args: &Pixel) -> Result<(), Failure> {
 struct Paths<'a> {
     names: Names<'a>,
     eye: Endpoint,
-    width: u32,
+    region: Region,
     sample: u32,
     text: String,
     /// How many, and those so far, by what they add.
@@ -112,7 +112,8 @@ impl Paths<'_> {
             short(c.weighted)
         );
         if c.t == 1 {
-            text += &format!("  to pixel ({}, {})", c.pixel % self.width, c.pixel / self.width);
+            let Region { x, y, width, .. } = self.region;
+            text += &format!("  to pixel ({}, {})", x + c.pixel % width, y + c.pixel / width);
         }
         if c.is_caustic() {
             text += "  caustic";

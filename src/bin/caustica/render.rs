@@ -124,7 +124,8 @@ fn write_strategies(
 
 /// Without a number, a time limit alone decides.
 fn samples(args: &Render) -> u32 {
-    args.spp.unwrap_or(samples_by_limits(args.time.is_some(), args.noise.is_some()))
+    let limits = || samples_by_limits(args.time.is_some(), args.noise.is_some(), args.picture.first_sample);
+    args.spp.unwrap_or_else(limits)
 }
 
 fn options(args: &Render) -> WriteOptions {

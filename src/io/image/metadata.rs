@@ -1,7 +1,7 @@
 //! What a file says about how its pixels were made.
 
 use super::Failure;
-use crate::render::{Settings, Statistics};
+use crate::render::{Region, Settings, Statistics};
 
 /// Who made the file.
 pub(super) const SOFTWARE: &str = concat!("caustica ", env!("CARGO_PKG_VERSION"));
@@ -78,6 +78,15 @@ impl std::fmt::Display for Value {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Metadata {
     entries: Vec<(&'static str, Value)>,
+    window: Option<Window>,
+}
+
+/// Where the image is in a larger one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Window {
+    pub(super) data: Region,
+    /// Columns and rows of the larger one.
+    pub(super) frame: [u32; 2],
 }
 
 impl Metadata {
@@ -89,6 +98,9 @@ impl Metadata {
     /// How an image was made. `camera` is the camera's name.
     pub fn of_render(settings: &Settings, camera: &str, scene_hash: u64, statistics: &Statistics) -> Self {
         let mut metadata = Metadata::new();
+        if let Some(region) = settings.region {
+            metadata.set_window(region, settings.width, settings.height);
+        }
         // A name may hold anything; the formats' texts do not take NUL.
         let text = format!("{} camera={camera:?}", settings.describe());
         metadata
@@ -110,13 +122,30 @@ impl Metadata {
         self
     }
 
+    /// The image is that region of a frame of so many pixels: EXR and TIFF files say so by their windows.
+    pub fn set_window(&mut self, region: Region, width: u32, height: u32) -> &mut Self {
+        self.window = Some(Window { data: region, frame: [width, height] });
+        self
+    }
+
+    /// That, or all of an image of this size.
+    pub(super) fn window(&self, width: u32, height: u32) -> Window {
+        self.window.unwrap_or(Window { data: Region::all(width, height), frame: [width, height] })
+    }
+
     /// The entries.
     pub fn entries(&self) -> impl Iterator<Item = (&'static str, &Value)> {
         self.entries.iter().map(|(key, value)| (*key, value))
     }
 
-    /// Refuses texts that a format would cut short.
-    pub(super) fn check(&self) -> Result<(), Failure> {
+    /// Refuses texts that a format would cut short, and a window that is not the image's.
+    pub(super) fn check(&self, width: u32, height: u32) -> Result<(), Failure> {
+        if let Some(Window { data, frame: [columns, rows] }) = self.window
+            && !((data.width, data.height) == (width, height) && data.is_within(columns, rows))
+        {
+            let reason = format!("an image of {width}x{height} is not {data} of {columns}x{rows}");
+            return Err(Failure::Unsupported(reason));
+        }
         match self.entries().find(|(_, value)| matches!(value, Value::Text(text) if text.contains('\0'))) {
             Some((key, _)) => Err(Failure::Unsupported(format!("the metadata '{key}' contains a NUL character"))),
             None => Ok(()),

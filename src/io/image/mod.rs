@@ -143,7 +143,7 @@ pub fn write(path: &Path, image: &Image, metadata: &Metadata, options: &WriteOpt
     check_exposure(path, options)?;
     let at = |failure: Failure| failure.at(path);
     let (picture, written) = Picture::new(image, format, options).map_err(at)?;
-    metadata.check().map_err(at)?;
+    metadata.check(image.width, image.height).map_err(at)?;
     let bytes = if format.needs_module(options.image_io) {
         oiio::encode(format, &picture, metadata).map_err(at)?
     } else {

@@ -1,6 +1,6 @@
 //! EXR in memory, by the crate `exr`.
 
-use super::metadata::{Metadata, REC709, SOFTWARE, Value};
+use super::metadata::{Metadata, REC709, SOFTWARE, Value, Window};
 use super::picture::{Picture, Samples};
 use super::{Failure, plausible_pixels, room};
 use crate::math::Rgb;
@@ -10,7 +10,7 @@ use exr::block::{BlockIndex, UncompressedBlock};
 use exr::image::{Encoding, Image as Exr, Layer, SpecificChannels};
 use exr::meta::attribute::{AttributeValue, Chromaticities, EnvironmentMap, SampleType, Text};
 use exr::meta::header::Header;
-use exr::prelude::{Blocks, Compression, IntoSample, LayerAttributes, LineOrder, Vec2, WritableImage};
+use exr::prelude::{Blocks, Compression, IntegerBounds, IntoSample, LayerAttributes, LineOrder, Vec2, WritableImage};
 use half::f16;
 use std::io::Cursor;
 
@@ -18,7 +18,7 @@ use std::io::Cursor;
 const ENCODING: Encoding =
     Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
 
-/// The bytes of a file with channels R, G, B; data window = display window, from (0, 0).
+/// The bytes of a file with channels R, G, B; the display window is the frame, from (0, 0).
 pub(super) fn encode(picture: &Picture, metadata: &Metadata) -> Result<Vec<u8>, Failure> {
     match &picture.samples {
         Samples::Half(samples) => encode_samples(picture, samples, metadata),
@@ -36,7 +36,13 @@ where
         let i = 3 * (at.y() * width + at.x());
         (samples[i], samples[i + 1], samples[i + 2])
     };
-    let mut attributes = LayerAttributes { software_name: Some(text(SOFTWARE)), ..LayerAttributes::default() };
+    let Window { data, frame } = metadata.window(picture.width, picture.height);
+    let mut attributes = LayerAttributes {
+        software_name: Some(text(SOFTWARE)),
+        // At most 2^31, as sides of pictures are.
+        layer_position: Vec2(data.x as i32, data.y as i32),
+        ..LayerAttributes::default()
+    };
     for (name, value) in metadata.attributes() {
         let value = match value {
             Value::Text(value) => AttributeValue::Text(text(&value)),
@@ -47,6 +53,7 @@ where
     }
     let layer = Layer::new((width, height), attributes, ENCODING, SpecificChannels::rgb(pixel));
     let mut image = Exr::from_layer(layer);
+    image.attributes.display_window = IntegerBounds::from_dimensions(Vec2(frame[0] as usize, frame[1] as usize));
     let [red, green, blue, white] = REC709.map(|(x, y)| Vec2(x, y));
     image.attributes.chromaticities = Some(Chromaticities { red, green, blue, white });
 

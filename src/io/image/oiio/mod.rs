@@ -8,7 +8,7 @@
 
 mod module;
 
-use super::metadata::{REC709, SOFTWARE, Value};
+use super::metadata::{REC709, SOFTWARE, Value, Window};
 use super::picture::{Picture, Samples};
 use super::{Failure, Format, Metadata, Stored, StoredSamples, plausible_pixels, room};
 use module::{CAttribute, CHeader, CPicture, Kind, Sample};
@@ -38,7 +38,20 @@ pub(super) fn encode(format: Format, picture: &Picture, metadata: &Metadata) -> 
         Samples::Half(s) => (Sample::Half, s.as_ptr().cast(), size_of_val(s.as_slice())),
         Samples::Float(s) => (Sample::Float, s.as_ptr().cast(), size_of_val(s.as_slice())),
     };
-    let c_picture = CPicture { width: picture.width as i32, height: picture.height as i32, sample, samples, size };
+    let all = Metadata::new().window(picture.width, picture.height);
+    let windows = matches!(format, Format::Exr | Format::Tiff);
+    let Window { data, frame } = if windows { metadata.window(picture.width, picture.height) } else { all };
+    let c_picture = CPicture {
+        width: picture.width as i32,
+        height: picture.height as i32,
+        x: data.x as i32,
+        y: data.y as i32,
+        frame_width: frame[0] as i32,
+        frame_height: frame[1] as i32,
+        sample,
+        samples,
+        size,
+    };
     let attributes = Attribute::all(format, metadata)?;
     let c_attributes: Vec<CAttribute> = attributes.iter().map(Attribute::as_c).collect();
     let name = c_string(format.name())?;

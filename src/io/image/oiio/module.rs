@@ -10,7 +10,7 @@ use std::sync::OnceLock;
 
 const NAME: &str = "libcaustica_oiio.so";
 /// Of `shim.cpp`; grows with each change of a signature or a structure.
-const INTERFACE: u32 = 2;
+const INTERFACE: u32 = 3;
 
 /// How samples are stored.
 #[repr(i32)]
@@ -35,6 +35,11 @@ pub(super) enum Kind {
 pub(super) struct CPicture {
     pub(super) width: i32,
     pub(super) height: i32,
+    /// Where it is in the frame.
+    pub(super) x: i32,
+    pub(super) y: i32,
+    pub(super) frame_width: i32,
+    pub(super) frame_height: i32,
     pub(super) sample: Sample,
     pub(super) samples: *const c_void,
     /// Bytes.

@@ -20,14 +20,14 @@
 
 namespace {
 
-constexpr uint32_t INTERFACE = 2;
+constexpr uint32_t INTERFACE = 3;
 
 enum Sample : int32_t { U8 = 0, HALF = 1, FLOAT = 2 };
 enum Kind : int32_t { TEXT = 0, INT = 1, FLOATS = 2 };
 
-// RGB, row by row from the top, no padding.
+// RGB, row by row from the top, no padding; at (x, y) of a frame.
 struct Picture {
-    int32_t width, height, sample;
+    int32_t width, height, x, y, frame_width, frame_height, sample;
     const void* samples;
     size_t size;
 };
@@ -173,6 +173,10 @@ EXPORT int32_t caustica_oiio_encode(const char* format, const Picture* picture, 
             fail(std::string(format) + ": this OpenImageIO cannot write it to memory");
         out->threads(1);
         OIIO::ImageSpec spec(picture->width, picture->height, 3, type);
+        spec.x           = picture->x;
+        spec.y           = picture->y;
+        spec.full_width  = picture->frame_width;
+        spec.full_height = picture->frame_height;
         for (size_t i = 0; i < attribute_count; ++i)
             set(spec, attributes[i]);
         if (!out->open(std::string("memory.") + format, spec) || !out->write_image(type, picture->samples) || !out->close())
