@@ -573,6 +573,9 @@ typedef struct caustica_render_desc {
     uint32_t first_sample;  /* number of the first; the average of renders of samples 0 to 63 and 64 to 127 is the image of
                                samples 0 to 127 */
     caustica_region region; /* what of the width x height pixels is rendered, and is the image; all 0: all of them */
+    uint32_t features;      /* 1: what the samples see is kept for caustica_render_read, CAUSTICA_IMAGE_ALBEDO and _NORMAL; else
+                               0. Not by CAUSTICA_INTEGRATOR_LIGHT */
+    uint32_t reserved;
 } caustica_render_desc;
 
 /* Renders, and returns when it is over: CAUSTICA_OK, or CAUSTICA_CANCELLED when the callback asked for
@@ -652,6 +655,15 @@ enum {
     CAUSTICA_FORMAT_RGBA_F32 = 2 /* the same, alpha 1 */
 };
 
+enum {
+    CAUSTICA_IMAGE_RADIANCE = 0,
+    /* For denoisers, of renders that were asked for features: colour (0 to 1) and shading normal (world space, unit, on the
+     * side that is seen) of the first surface that is neither smooth glass nor a mirror, seen through those; lamps and the
+     * environment have the colour of their light. Averages over the samples of a pixel. */
+    CAUSTICA_IMAGE_ALBEDO = 1,
+    CAUSTICA_IMAGE_NORMAL = 2
+};
+
 typedef struct caustica_pixels {
     uint32_t struct_size;
     uint32_t format;     /* CAUSTICA_FORMAT_, required */
@@ -659,6 +671,8 @@ typedef struct caustica_pixels {
     uint64_t size;       /* bytes at `data`; checked */
     uint64_t row_stride; /* bytes from one row to the next; 0: no gap */
     uint32_t* samples;   /* or NULL; written: samples per pixel of the image that is copied */
+    uint32_t image;      /* CAUSTICA_IMAGE_ */
+    uint32_t reserved;
 } caustica_pixels;
 
 /* Copies the image to the host's memory: of a render that is over, or of one that runs the average over its

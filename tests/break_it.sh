@@ -191,6 +191,16 @@ mutation("progress: due at once after the first call", "src/render/job.rs",
 mutation("commit: shapes of before, whatever there is now", "src/scene/world.rs",
          "world.shapes_hash == hash.shapes && ", "", ("job", "a_commit_shares"))
 
+# Features.
+mutation("features: what glass shows without its colour", "src/integrator/feature.rs",
+         "feature.see(vertex.beta * albedo,", "feature.see(albedo,", ("features", "behind_a_pane"))
+mutation("features: normals of the surface's own side", "src/integrator/feature.rs",
+         "if normal.dot(wo) < 0.0 { -normal }", "if normal.dot(wo) < -2.0 { -normal }", ("features", "its_side"))
+mutation("features: lamps are not seen", "src/integrator/feature.rs",
+         "filter(|hit| hit.vertices == 0)", "filter(|hit| hit.vertices == 9)", ("features", "its_side"))
+mutation("features: a lobe's colour without its share", "src/scatter/mixture.rs",
+         "e.lobe.color() * e.share", "e.lobe.color()", ("features", "its_side"))
+
 # Rounding.
 mutation("hit: barycentrics in f32", "src/geometry/mesh.rs",
          "let close = (u", "let close = u.is_nan() && (u", ("extremes", "large_triangles"))

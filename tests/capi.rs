@@ -207,7 +207,7 @@ fn both_sides_agree_on_layouts_and_constants() {
         caustica_render_desc = capi::render::RenderDesc {
             struct_size, integrator, scene, camera, width, height, samples, max_depth, seed, time_limit_seconds,
             num_threads, caustics_only, progress, user, caustic_options, noise_limit, first_sample,
-            region
+            region, features, reserved
         }
         caustica_region = capi::render::Region { x, y, width, height }
         caustica_caustic_options = capi::options::CausticOptions {
@@ -223,7 +223,7 @@ fn both_sides_agree_on_layouts_and_constants() {
             seeds, search, seeds_forecast_variance, seeds_forecast_work, search_forecast_variance,
             search_forecast_work, backend
         }
-        caustica_pixels = capi::pixels::Pixels { struct_size, format, data, size, row_stride, samples }
+        caustica_pixels = capi::pixels::Pixels { struct_size, format, data, size, row_stride, samples, image, reserved }
     };
     constants! { rust,
         error {
@@ -252,7 +252,7 @@ fn both_sides_agree_on_layouts_and_constants() {
             GEOMETRY_TERM_EXACT, GEOMETRY_TERM_DIRECT, CHECK_EXACT, CHECK_FEW, CHECK_OFF, ROULETTE_CONTRIBUTION,
             ROULETTE_LENGTHS, ROULETTE_OFF
         }
-        pixels { FORMAT_RGB_F32, FORMAT_RGBA_F32 }
+        pixels { FORMAT_RGB_F32, FORMAT_RGBA_F32, IMAGE_RADIANCE, IMAGE_ALBEDO, IMAGE_NORMAL }
         info { VERSION }
     }
     for part in ["MAJOR", "MINOR", "PATCH"] {

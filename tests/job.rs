@@ -8,7 +8,7 @@ use caustica::intersect::Backend;
 use caustica::math::Rgb;
 use caustica::render::preview::Preview;
 use caustica::render::{
-    Cancel, Integrator, LEAST_PASSES, MOST_BY_NOISE, Progress, RenderError, Settings, TechniqueImages, render,
+    Cancel, Integrator, LEAST_PASSES, MOST_BY_NOISE, Plane, Progress, RenderError, Settings, TechniqueImages, render,
     render_shown,
 };
 use caustica::scene::description::{Geometry, LightKind, Projection};
@@ -112,9 +112,9 @@ fn what_is_shown_while_it_renders_is_the_image_of_as_many_samples() {
     // One worker, so that nothing is added while it reports.
     let request = |samples| Settings { threads: 1, ..settings(Integrator::Bdpt, 40, samples, 3) };
     let (cancel, preview, shown) = (Cancel::default(), Preview::default(), Mutex::new(None));
-    assert!(preview.image().expect("memory").is_none());
+    assert!(preview.image(Plane::Radiance).expect("memory").is_none());
     let progress = |p: Progress| {
-        let so_far = preview.image().expect("memory");
+        let so_far = preview.image(Plane::Radiance).expect("memory");
         assert_eq!(so_far.as_ref().map_or(0, |(_, samples)| *samples), p.samples);
         if so_far.is_some() {
             *shown.lock().unwrap() = so_far;
@@ -122,9 +122,9 @@ fn what_is_shown_while_it_renders_is_the_image_of_as_many_samples() {
         }
     };
     let whole = render_shown(&world, &request(1 << 20), &cancel, &progress, &preview).expect("a render");
-    assert_eq!(preview.image().expect("memory"), Some((whole.image, whole.statistics.samples)));
+    assert_eq!(preview.image(Plane::Radiance).expect("memory"), Some((whole.image, whole.statistics.samples)));
     preview.close();
-    assert!(preview.image().expect("memory").is_none());
+    assert!(preview.image(Plane::Radiance).expect("memory").is_none());
     let (image, samples) = shown.lock().unwrap().take().expect("a report with samples");
     assert_eq!(image, common::run(&world, &request(samples)).image);
 }

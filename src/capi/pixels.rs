@@ -1,13 +1,13 @@
 //! What a render leaves: pixels and numbers.
 
 use super::device::Device;
-use super::error::{Failure, OBJECT_RENDER, OK, chars};
+use super::error::{ERROR_INTERNAL, Failure, OBJECT_RENDER, OK, chars};
 use super::guard;
 use super::handle::Handle;
 use super::pointer::{In, Sized32};
 use super::render::Render;
 use crate::math::Rgb;
-use crate::render::{Image, Output};
+use crate::render::{Image, Output, Plane};
 use std::ffi::{c_char, c_void};
 use std::sync::Arc;
 
@@ -15,6 +15,13 @@ use std::sync::Arc;
 pub const FORMAT_RGB_F32: u32 = 1;
 /// Four floats, alpha 1.
 pub const FORMAT_RGBA_F32: u32 = 2;
+
+/// The picture.
+pub const IMAGE_RADIANCE: u32 = 0;
+/// What is seen: its colour.
+pub const IMAGE_ALBEDO: u32 = 1;
+/// What is seen: its shading normal.
+pub const IMAGE_NORMAL: u32 = 2;
 
 /// `caustica_pixels`: where the host wants the image.
 #[derive(Clone, Copy)]
@@ -32,12 +39,16 @@ pub struct Pixels {
     pub row_stride: u64,
     /// Where to write the number of samples per pixel, or null.
     pub samples: *mut u32,
+    /// An `IMAGE_`.
+    pub image: u32,
+    /// Zero.
+    pub reserved: u32,
 }
 
 // SAFETY: `repr(C)`, `u32` first, integers and pointers only.
 unsafe impl Sized32 for Pixels {
     const NAME: &'static str = "caustica_pixels";
-    const FIRST_SIZE: usize = 40;
+    const FIRST_SIZE: usize = 48;
 }
 
 /// `caustica_statistics`.
@@ -184,8 +195,24 @@ guard::export! {
 fn read(device: &Arc<Device>, render: Handle<Render>, pixels: In<Pixels>) -> Result<i32, Failure> {
     let target = pixels.read("pixels")?;
     let object = device.renders.get(render)?;
-    let copied = match object.so_far()? {
-        Ok(finished) => finished.output().and_then(|o| copy(&o.image, o.statistics.samples, &target)),
+    if target.reserved != 0 {
+        return Err(Failure::argument("reserved", format!("is {}; 0 was expected", target.reserved)));
+    }
+    let plane = match target.image {
+        IMAGE_RADIANCE => Plane::Radiance,
+        IMAGE_ALBEDO => Plane::Albedo,
+        IMAGE_NORMAL => Plane::Normal,
+        other => return Err(Failure::argument("image", format!("is {other}; a CAUSTICA_IMAGE_ was expected"))),
+    };
+    if plane != Plane::Radiance && !object.features {
+        let text = format!("is {}; the render was not asked for features", target.image);
+        return Err(Failure::argument("image", text).object_if_none(OBJECT_RENDER, render.id(), ""));
+    }
+    let copied = match object.so_far(plane)? {
+        Ok(finished) => finished.output().and_then(|o| match o.plane(plane) {
+            Some(image) => copy(image, o.statistics.samples, &target),
+            None => Err(Failure::new(ERROR_INTERNAL, "the render has no features")),
+        }),
         Err((image, samples)) => copy(&image, samples, &target),
     };
     copied.map_err(|failure| failure.object_if_none(OBJECT_RENDER, render.id(), ""))

@@ -13,7 +13,7 @@ use super::pixels::Statistics;
 use super::pointer::{In, Out, OutStruct, Sized32};
 use super::scene::{Scene, Snapshot};
 use crate::render::preview::Preview;
-use crate::render::{self, Cancel, Caustics, Image, Integrator, Output, Settings};
+use crate::render::{self, Cancel, Caustics, Image, Integrator, Output, Plane, Settings};
 use std::ffi::c_void;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
@@ -115,6 +115,10 @@ pub struct RenderDesc {
     pub first_sample: u32,
     /// All 0 for the whole frame.
     pub region: Region,
+    /// 1 to keep albedo and normals, else 0.
+    pub features: u32,
+    /// Zero.
+    pub reserved: u32,
 }
 
 /// `caustica_region`.
@@ -134,7 +138,7 @@ pub struct Region {
 // SAFETY: `repr(C)`, `u32` first; callback and options are C's nullable pointers, the rest are numbers.
 unsafe impl Sized32 for RenderDesc {
     const NAME: &'static str = "caustica_render_desc";
-    const FIRST_SIZE: usize = 112;
+    const FIRST_SIZE: usize = 120;
 }
 
 /// What came of a render, and what it was.
@@ -163,6 +167,8 @@ impl Finished {
 /// A render, running or over.
 pub struct Render {
     id: u64,
+    /// Whether it keeps what its samples see.
+    pub(super) features: bool,
     cancel: Cancel,
     preview: Preview,
     latest: Mutex<render::Progress>,
@@ -183,10 +189,11 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Render {
-    fn new(id: u64) -> Render {
+    fn new(id: u64, features: bool) -> Render {
         let start = render::Progress { fraction: 0.0, samples: 0, rays: 0, elapsed: Duration::ZERO, noise: f32::NAN };
         Render {
             id,
+            features,
             cancel: Cancel::default(),
             preview: Preview::default(),
             latest: Mutex::new(start),
@@ -223,9 +230,9 @@ impl Render {
     }
 
     /// What came of it, or the image of its whole passes while it runs, and their number.
-    pub(super) fn so_far(&self) -> Result<Result<Arc<Finished>, (Image, u32)>, Failure> {
+    pub(super) fn so_far(&self, plane: Plane) -> Result<Result<Arc<Finished>, (Image, u32)>, Failure> {
         // A render that ends shows its film until it has finished.
-        match (self.preview.image()?, self.finished()) {
+        match (self.preview.image(plane)?, self.finished()) {
             (_, Ok(finished)) => Ok(Ok(finished)),
             (Some(so_far), Err(_)) => Ok(Err(so_far)),
             (None, Err(_)) => Err(self.running("the render has no whole pass yet")),
@@ -334,7 +341,8 @@ guard::export! {
 fn render_now(device: &Arc<Device>, desc: In<RenderDesc>, render: Out<Handle<Render>>) -> Result<i32, Failure> {
     let out = render.required("render")?;
     let request = request(device, desc)?;
-    let (handle, object) = device.renders.insert(Render::new)?;
+    let features = request.settings.features;
+    let (handle, object) = device.renders.insert(|id| Render::new(id, features))?;
     object.run(request, &device.messages);
     match &object.finished()?.result {
         Ok(output) => {
@@ -351,7 +359,8 @@ fn render_now(device: &Arc<Device>, desc: In<RenderDesc>, render: Out<Handle<Ren
 fn start(device: &Arc<Device>, desc: In<RenderDesc>, render: Out<Handle<Render>>) -> Result<i32, Failure> {
     let out = render.required("render")?;
     let request = request(device, desc)?;
-    let (handle, object) = device.renders.insert(Render::new)?;
+    let features = request.settings.features;
+    let (handle, object) = device.renders.insert(|id| Render::new(id, features))?;
     let (worker, messages) = (object.clone(), device.messages.clone());
     // Held until the handle of the thread is stored, so that nobody finds a render without it.
     let mut thread = lock(&object.thread);
@@ -373,6 +382,9 @@ fn start(device: &Arc<Device>, desc: In<RenderDesc>, render: Out<Handle<Render>>
 
 fn request(device: &Arc<Device>, desc: In<RenderDesc>) -> Result<Request, Failure> {
     let d = desc.read("desc")?;
+    if d.features > 1 {
+        return Err(Failure::argument("features", format!("is {}; 0 or 1 was expected", d.features)));
+    }
     if d.caustics_only > 1 {
         return Err(Failure::argument("caustics_only", format!("is {}; 0 or 1 was expected", d.caustics_only)));
     }
@@ -397,6 +409,9 @@ fn request(device: &Arc<Device>, desc: In<RenderDesc>) -> Result<Request, Failur
     if (d.width == 0) != (d.height == 0) {
         let zero = if d.width == 0 { "width" } else { "height" };
         return Err(Failure::argument(zero, "is 0 beside another that is not; both or none were expected"));
+    }
+    if d.reserved != 0 {
+        return Err(Failure::argument("reserved", format!("is {}; 0 was expected", d.reserved)));
     }
     let Region { x, y, width, height } = d.region;
     let region = render::Region { x, y, width, height };
@@ -429,6 +444,7 @@ fn request(device: &Arc<Device>, desc: In<RenderDesc>) -> Result<Request, Failur
         threads: or(d.num_threads, device.threads as u32) as usize,
         caustic_options: caustic_options.unwrap_or(defaults.caustic_options),
         caustics_only: d.caustics_only == 1,
+        features: d.features == 1,
         ..defaults
     };
     render::validate(&snapshot.world, &settings)?;

@@ -1,7 +1,7 @@
 //! Bidirectional path tracing (Veach 1997, ch. 10): one light subpath for each camera subpath, or
 //! another mean number; all techniques s >= 0, t >= 1, weighted by the balance heuristic.
 
-use super::{Contribution, Observer, Sample, Splat};
+use super::{Contribution, Feature, Observer, Sample, Splat};
 use crate::camera::{Camera, Region};
 use crate::math::{Rgb, Sampler, Stream, pixel_position};
 use crate::scene::media::MediumId;
@@ -82,6 +82,9 @@ pub(crate) fn from_camera<O: Observer>(
     let mut camera_numbers = stream(Stream::Camera);
     let raster = view.raster(seed, pixel, index);
     tracer.trace_camera(&view.camera, view.medium, raster, &mut camera_numbers);
+    if let Some(feature) = &mut out.feature {
+        *feature = Feature::of(tracer);
+    }
     let mut connect_numbers = stream(Stream::Connect);
     tracer.caustic_numbers = stream(Stream::Caustic);
 

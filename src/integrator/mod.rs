@@ -1,8 +1,11 @@
 //! Estimators of an image: one sample of one pixel at a time.
 
 pub mod bdpt;
+mod feature;
 pub mod light;
 pub mod path;
+
+pub use feature::Feature;
 
 use crate::math::Rgb;
 use crate::transport::connect::Joined;
@@ -16,6 +19,8 @@ pub struct Sample {
     pub radiance: Rgb,
     /// Light-image contributions, anywhere on the film.
     pub splats: Vec<Splat>,
+    /// What it sees, which is filled in if there is room for it.
+    pub feature: Option<Feature>,
 }
 
 /// A light-image contribution.

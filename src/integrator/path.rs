@@ -2,8 +2,8 @@
 //! the balance heuristic, Veach and Guibas 1995). Shares the scattering functions and the light
 //! sampling with the bidirectional path tracer, and none of its weights: it is its oracle.
 
-use super::Sample;
 use super::bdpt::View;
+use super::{Feature, Sample};
 use crate::camera::Endpoint;
 use crate::geometry::Ray;
 use crate::math::{Rgb, Sampler, Stream};
@@ -38,6 +38,8 @@ pub fn sample(
     let mut radiance = Rgb::ZERO;
     // Density of the last direction if it came from a connectable lobe, and the vertex it left.
     let mut sampled: Option<(f32, Vec3)> = None;
+    // What is seen, until it is.
+    let mut seeing = out.feature.map(|_| Feature::default());
     // Whether a connectable vertex came before, and a chain after one.
     let (mut seen, mut caustic) = (false, false);
 
@@ -52,6 +54,9 @@ pub fn sample(
                 if world.requirements.absorption {
                     beta *= world.transmittance(medium, f32::INFINITY);
                 }
+                if let Some(feature) = &mut seeing {
+                    feature.see(beta * emitted, Vec3::ZERO, Vec3::ZERO);
+                }
                 let weight = sampled.map_or(1.0, |(pdf, _)| pdf as f64 / (pdf as f64 + densities.direct));
                 radiance += beta * emitted * weight as f32 * share(caustic);
             }
@@ -65,6 +70,9 @@ pub fn sample(
         if let Some(light) = world.lights.of_shape(hit.shape) {
             let receiver = sampled.map_or(ray.origin, |(_, p)| p);
             if let Some((emitted, densities)) = world.lights.hit(&world.shapes, light, &at, wo, receiver) {
+                if let Some(feature) = &mut seeing {
+                    feature.see(beta * emitted, at.ns, wo);
+                }
                 let weight = sampled.map_or(1.0, |(pdf, p)| {
                     let to_area = at.ng.dot(wo).abs() as f64 / (at.p - p).as_dvec3().length_squared();
                     let pdf_a = pdf as f64 * to_area;
@@ -78,6 +86,12 @@ pub fn sample(
         }
         let mut place = None;
         let bsdf = tracer.bsdf(&at, &mut place);
+        if let Some(feature) = &mut seeing
+            && bsdf.connectable()
+        {
+            feature.see(beta * bsdf.albedo(), at.ns, wo);
+            out.feature = seeing.take();
+        }
         if bsdf.connectable() && world.requirements.lights {
             let (u_light, u) = (connect_numbers.next_1d(), connect_numbers.next_2d());
             if let Some(light) = world.lights.sample_direct(&world.shapes, at.p, u_light, u) {
@@ -134,4 +148,5 @@ pub fn sample(
         ray = Ray::leaving(&at, next.wi);
     }
     out.radiance = radiance;
+    out.feature = seeing.or(out.feature);
 }

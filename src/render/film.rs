@@ -1,6 +1,7 @@
 //! The film: camera-side sums and the light image, kept apart until they are averaged.
 
-use super::{Image, RenderError};
+use super::{Image, Plane, RenderError};
+use crate::integrator::Feature;
 use crate::math::{Rgb, luminance};
 use glam::{DVec3, Vec3};
 
@@ -15,6 +16,8 @@ pub struct Film {
     pub passes: u32,
     camera: Vec<DVec3>,
     light: Vec<DVec3>,
+    /// Albedo and normal, if asked for: sums, and room for their averages.
+    features: Option<[[Vec<Vec3>; 2]; 2]>,
     /// Room for the image: when the render is over it must not be lacking. Not touched before, it takes addresses only.
     room: Vec<Vec3>,
     /// Sum of luminance when the number of passes was last a power of two, and that number: what has come since differs
@@ -27,7 +30,7 @@ pub struct Film {
 
 impl Film {
     /// A black film.
-    pub fn new(width: u32, height: u32) -> Result<Film, RenderError> {
+    pub fn new(width: u32, height: u32, features: bool) -> Result<Film, RenderError> {
         let n = width as usize * height as usize;
         let out_of_memory = |_| RenderError::OutOfMemory { width, height };
         let mut film = Film {
@@ -36,6 +39,7 @@ impl Film {
             passes: 0,
             camera: Vec::new(),
             light: Vec::new(),
+            features: features.then(Default::default),
             room: Vec::new(),
             before: Vec::new(),
             passes_before: 0,
@@ -48,18 +52,32 @@ impl Film {
         film.camera.resize(n, DVec3::ZERO);
         film.light.resize(n, DVec3::ZERO);
         film.before.resize(n, 0.0);
+        for [sums, room] in film.features.iter_mut().flatten() {
+            sums.try_reserve_exact(n).map_err(out_of_memory)?;
+            room.try_reserve_exact(n).map_err(out_of_memory)?;
+            sums.resize(n, Vec3::ZERO);
+        }
         Ok(film)
     }
 
     /// Bytes held.
     pub fn bytes(&self) -> u64 {
-        (self.camera.len() * (2 * size_of::<DVec3>() + size_of::<f32>() + size_of::<Vec3>())) as u64
+        let features = if self.features.is_some() { 4 * size_of::<Vec3>() } else { 0 };
+        (self.camera.len() * (2 * size_of::<DVec3>() + size_of::<f32>() + size_of::<Vec3>() + features)) as u64
     }
 
     /// Adds to the camera-side sum.
     #[inline]
     pub fn add_camera(&mut self, pixel: u32, value: Rgb) {
         self.camera[pixel as usize] += value.as_dvec3();
+    }
+
+    /// Adds what a sample sees, where that is asked for.
+    pub fn add_feature(&mut self, pixel: u32, feature: &Feature) {
+        if let Some([[albedo, _], [normal, _]]) = &mut self.features {
+            albedo[pixel as usize] += feature.albedo;
+            normal[pixel as usize] += feature.normal;
+        }
     }
 
     /// Adds to the light image.
@@ -74,12 +92,32 @@ impl Film {
         self.image(pixels)
     }
 
-    /// The same, in between.
-    pub fn copy(&self) -> Result<Image, RenderError> {
+    /// Those of albedo and normal, likewise.
+    pub fn last_features(&mut self) -> Option<[Image; 2]> {
+        let rooms = self.features.as_mut().map(|planes| planes.each_mut().map(|[_, room]| std::mem::take(room)));
+        let [albedo, normal] = rooms?;
+        Some([self.feature_image(0, albedo)?, self.feature_image(1, normal)?])
+    }
+
+    /// The same, in between, of one that is asked for.
+    pub fn copy(&self, plane: Plane) -> Result<Image, RenderError> {
         let Film { width, height, .. } = *self;
         let mut pixels = Vec::new();
         pixels.try_reserve_exact(self.camera.len()).map_err(|_| RenderError::OutOfMemory { width, height })?;
-        Ok(self.image(pixels))
+        let feature = match plane {
+            Plane::Radiance => return Ok(self.image(pixels)),
+            Plane::Albedo => self.feature_image(0, pixels),
+            Plane::Normal => self.feature_image(1, pixels),
+        };
+        let asked = || RenderError::setting("features", false, "they were expected by who asks for albedo or normal");
+        feature.map_or_else(asked, Ok)
+    }
+
+    fn feature_image(&self, feature: usize, mut pixels: Vec<Vec3>) -> Option<Image> {
+        let [sums, _] = &self.features.as_ref()?[feature];
+        let scale = 1.0 / self.passes.max(1) as f32;
+        pixels.extend(sums.iter().map(|sum| *sum * scale));
+        Some(Image { width: self.width, height: self.height, pixels })
     }
 
     fn image(&self, mut pixels: Vec<Vec3>) -> Image {
@@ -129,7 +167,7 @@ mod tests {
 
     /// Estimated noise over the true one of a picture of `f`, whose mean is `mean`, from `passes` passes.
     fn estimate_over_truth(passes: u32, mean: f64, f: impl Fn(&mut Sampler) -> f32) -> f64 {
-        let mut film = Film::new(64, 64).expect("small");
+        let mut film = Film::new(64, 64, false).expect("small");
         for pass in 0..passes {
             for pixel in 0..64 * 64 {
                 film.add_camera(pixel, Rgb::splat(f(&mut Sampler::new(3, pixel, pass, Stream::Camera))));

@@ -6,7 +6,7 @@ use super::pilot;
 use super::preview::Preview;
 use super::settings::validate;
 use super::{Integrator, RenderError, Settings, samples};
-use crate::integrator::{Contribution, Observer, Sample, Splat, path};
+use crate::integrator::{Contribution, Feature, Observer, Sample, Splat, path};
 use crate::pool;
 use crate::scene::World;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -150,6 +150,7 @@ pub fn render_shown(
                     return;
                 }
                 sample.splats.clear();
+                sample.feature = settings.features.then(Feature::default);
                 let (seed, pass) = (settings.seed, settings.first_sample + tile.pass);
                 if settings.integrator == Integrator::Path {
                     path::sample(&mut tracer, &view, seed, pixel, pass, settings.caustics_only, &mut sample);
@@ -159,7 +160,7 @@ pub fn render_shown(
                     let mut sorter = Sorter { tile: &mut tile, pixel, per_technique, caustics_only, caustics };
                     samples::estimate(&mut tracer, &view, settings, pixel, pass, &mut sample, &mut sorter);
                     if settings.caustics_only {
-                        sample = sorter.caustics;
+                        sample = Sample { feature: sample.feature, ..sorter.caustics };
                     }
                 } else {
                     samples::estimate(&mut tracer, &view, settings, pixel, pass, &mut sample, &mut ());

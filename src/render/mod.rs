@@ -16,7 +16,7 @@ mod settings;
 
 pub use crate::camera::Region;
 pub use error::RenderError;
-pub use image::Image;
+pub use image::{Image, Plane};
 pub use job::{Cancel, Progress, render, render_shown};
 pub use output::{Forecast, Output, Statistics, Technique, TechniqueImages};
 pub(crate) use settings::validate;

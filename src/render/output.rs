@@ -1,6 +1,6 @@
 //! What a render gives: images and statistics.
 
-use super::Image;
+use super::{Image, Plane};
 use crate::transport::walk_count::WalkCount;
 use std::collections::BTreeMap;
 
@@ -92,10 +92,24 @@ pub struct TechniqueImages {
 pub struct Output {
     /// The image.
     pub image: Image,
+    /// Albedo and normal, if they were asked for.
+    pub features: Option<[Image; 2]>,
     /// By technique. Empty unless asked for.
     pub techniques: BTreeMap<Technique, TechniqueImages>,
     /// What happened.
     pub statistics: Statistics,
     /// Whether it was cancelled before the last pass.
     pub cancelled: bool,
+}
+
+impl Output {
+    /// One of its images, if it was asked for.
+    pub fn plane(&self, plane: Plane) -> Option<&Image> {
+        match (plane, &self.features) {
+            (Plane::Radiance, _) => Some(&self.image),
+            (Plane::Albedo, Some([albedo, _])) => Some(albedo),
+            (Plane::Normal, Some([_, normal])) => Some(normal),
+            (_, None) => None,
+        }
+    }
 }

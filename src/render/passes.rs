@@ -3,9 +3,9 @@
 //! do not depend on who computed what and when.
 
 use super::film::Film;
-use super::{LEAST_PASSES, Output, RenderError, Settings, Statistics, Technique, TechniqueImages};
+use super::{LEAST_PASSES, Output, Plane, RenderError, Settings, Statistics, Technique, TechniqueImages};
 use crate::camera::Region;
-use crate::integrator::{Sample, Splat};
+use crate::integrator::{Feature, Sample, Splat};
 use crate::math::Rgb;
 use crate::render::Image;
 use crate::transport::ray_count::RayCount;
@@ -49,6 +49,8 @@ pub struct Tile {
     pub pixels: Range<u32>,
     /// Radiance of each pixel.
     pub camera: Vec<Rgb>,
+    /// What the samples see, if asked for.
+    pub features: Option<Vec<Feature>>,
     /// Light-image contributions.
     pub splats: Vec<Splat>,
     /// Contributions by technique. Empty unless asked for.
@@ -67,14 +69,16 @@ pub struct Tile {
 
 impl Tile {
     /// With room for its pixels.
-    fn new(pass: u32, index: u32, pixels: Range<u32>) -> Result<Tile, TryReserveError> {
-        let mut camera = Vec::new();
+    fn new(pass: u32, index: u32, pixels: Range<u32>, features: bool) -> Result<Tile, TryReserveError> {
+        let (mut camera, mut features) = (Vec::new(), features.then(Vec::new));
         camera.try_reserve_exact(pixels.len())?;
+        features.as_mut().map_or(Ok(()), |features| features.try_reserve_exact(pixels.len()))?;
         Ok(Tile {
             pass,
             index,
             pixels,
             camera,
+            features,
             splats: Vec::new(),
             techniques: Vec::new(),
             rays: RayCount::default(),
@@ -102,6 +106,9 @@ impl Tile {
         }
         self.splats.extend(sample.splats.iter().filter(|s| check(s.value).is_some()));
         self.camera.push(radiance);
+        if let Some(features) = &mut self.features {
+            features.push(sample.feature.filter(|f| (f.albedo + f.normal).is_finite()).unwrap_or_default());
+        }
     }
 }
 
@@ -110,6 +117,7 @@ pub struct Passes {
     pixels: u32,
     tiles_per_pass: u32,
     samples: u32,
+    features: bool,
     /// Passes begun beyond those in the film: of small pictures as many as have two tiles for each worker.
     ahead: u32,
     state: Mutex<State>,
@@ -150,12 +158,13 @@ impl Passes {
             tiles_per_pass,
             ahead: (2 * workers as u32).div_ceil(tiles_per_pass).max(PASSES_AHEAD),
             samples: settings.samples,
+            features: settings.features,
             state: Mutex::new(State {
                 next: (0, 0),
                 end: settings.samples,
                 finished_tiles: 0,
                 waiting: BTreeMap::new(),
-                film: Film::new(width, height)?,
+                film: Film::new(width, height, settings.features)?,
                 techniques: BTreeMap::new(),
                 out_of_memory: false,
                 rays: RayCount::default(),
@@ -183,7 +192,7 @@ impl Passes {
             if pass < state.film.passes + self.ahead {
                 state.next = if index + 1 == self.tiles_per_pass { (pass + 1, 0) } else { (pass, index + 1) };
                 let first = index * TILE_PIXELS;
-                let tile = Tile::new(pass, index, first..(first + TILE_PIXELS).min(self.pixels));
+                let tile = Tile::new(pass, index, first..(first + TILE_PIXELS).min(self.pixels), self.features);
                 if tile.is_err() {
                     self.end_without_memory(&mut state);
                 }
@@ -282,17 +291,17 @@ impl Passes {
     }
 
     /// The average over the passes so far, if there are any, and their number.
-    pub fn image(&self) -> Result<Option<(Image, u32)>, RenderError> {
+    pub fn image(&self, plane: Plane) -> Result<Option<(Image, u32)>, RenderError> {
         let state = self.lock();
         let passes = state.film.passes;
-        if passes > 0 { state.film.copy().map(|image| Some((image, passes))) } else { Ok(None) }
+        if passes > 0 { state.film.copy(plane).map(|image| Some((image, passes))) } else { Ok(None) }
     }
 
     /// The images and the counts, once. The film stays, for those who look at what there is until the output is there.
     pub fn take_output(&self) -> Output {
         let mut state = self.lock();
         let techniques = std::mem::take(&mut state.techniques);
-        let image = state.film.last_image();
+        let (image, features) = (state.film.last_image(), state.film.last_features());
         let film = &state.film;
         let (passes, film_bytes) = (film.passes, film.bytes());
         let scale = 1.0 / f64::from(passes.max(1));
@@ -323,7 +332,7 @@ impl Passes {
             film_bytes,
             ..Statistics::default()
         };
-        Output { image, techniques, statistics, cancelled: false }
+        Output { image, features, techniques, statistics, cancelled: false }
     }
 }
 
@@ -331,6 +340,9 @@ impl State {
     fn fold(&mut self, tile: Tile, pixels: u32) -> Result<(), TryReserveError> {
         for (pixel, &value) in tile.pixels.clone().zip(&tile.camera) {
             self.film.add_camera(pixel, value);
+        }
+        for (pixel, feature) in tile.pixels.clone().zip(tile.features.iter().flatten()) {
+            self.film.add_feature(pixel, feature);
         }
         for splat in &tile.splats {
             self.film.add_light(splat.pixel, splat.value);

@@ -1,8 +1,7 @@
 //! The image of a render that still runs.
 
-use super::Image;
-use super::RenderError;
 use super::passes::Passes;
+use super::{Image, Plane, RenderError};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Shows what a render has; shared between threads.
@@ -33,7 +32,7 @@ impl Preview {
 
     /// The average over the whole passes so far, and their number; `None` before the first and where it was closed.
     /// Workers that finish a tile wait meanwhile.
-    pub fn image(&self) -> Result<Option<(Image, u32)>, RenderError> {
-        self.passes().map_or(Ok(None), |passes| passes.image())
+    pub fn image(&self, plane: Plane) -> Result<Option<(Image, u32)>, RenderError> {
+        self.passes().map_or(Ok(None), |passes| passes.image(plane))
     }
 }

@@ -61,6 +61,8 @@ pub struct Settings {
     pub caustic_options: CausticOptions,
     /// Leave out all paths but caustic ones, see [`crate::integrator::Contribution::is_caustic`].
     pub caustics_only: bool,
+    /// Also keep what the samples see ([`crate::integrator::Feature`]), for denoisers. Not by light tracing.
+    pub features: bool,
     /// Also keep images per technique (s, t).
     pub per_technique: bool,
 }
@@ -83,6 +85,7 @@ impl Default for Settings {
             caustics: Caustics::Auto,
             caustic_options: CausticOptions::default(),
             caustics_only: false,
+            features: false,
             per_technique: false,
         }
     }
@@ -174,6 +177,9 @@ pub(crate) fn validate(world: &World, settings: &Settings) -> Result<(), RenderE
         let expected =
             format!("with {} samples at most {} was expected", settings.samples, u32::MAX - settings.samples);
         return RenderError::setting("first_sample", settings.first_sample, expected);
+    }
+    if settings.features && settings.integrator == Integrator::Light {
+        return RenderError::setting("features", true, "light tracing has none, false was expected");
     }
     if let Some(noise) = settings.noise_limit.filter(|n| !(*n > 0.0 && n.is_finite())) {
         return RenderError::setting("noise_limit", noise, "a finite number above 0 was expected");

@@ -51,6 +51,20 @@ impl Lobe {
         !matches!(self, Lobe::Mirror(_) | Lobe::SmoothDielectric(_) | Lobe::SmoothThin(_))
     }
 
+    /// What it reflects at normal incidence, or lets through.
+    pub(super) fn color(&self) -> Rgb {
+        match self {
+            Lobe::Lambert(l) => l.reflectance,
+            Lobe::CoatedLambert(l) => l.base.reflectance,
+            Lobe::Mirror(l) => l.reflectance.f0,
+            Lobe::RoughConductor(l) => l.reflectance.f0,
+            Lobe::SmoothDielectric(l) => l.interface.tint,
+            Lobe::RoughDielectric(l) => l.interface.tint,
+            Lobe::SmoothThin(l) => l.sheet.tint,
+            Lobe::RoughThin(l) => l.sheet.tint,
+        }
+    }
+
     /// Whether light crosses the surface.
     pub(super) fn transmits(&self) -> bool {
         match self {

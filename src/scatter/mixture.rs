@@ -84,6 +84,11 @@ impl Mixture {
         any
     }
 
+    /// See [`super::Bsdf::albedo`].
+    pub(super) fn albedo(&self) -> Rgb {
+        self.iter().map(|e| e.lobe.color() * e.share).sum::<Rgb>().min(Rgb::ONE)
+    }
+
     /// The lobes, in the order they were added.
     pub(super) fn lobes(&self) -> impl Iterator<Item = &Lobe> {
         self.iter().map(|e| &e.lobe)

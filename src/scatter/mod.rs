@@ -138,6 +138,12 @@ impl Bsdf {
         Bsdf { lambert: None, ..self }
     }
 
+    /// Its colour, whatever the light and the angle: the shares of its lobes times what they reflect at normal incidence
+    /// or let through, at most 1. A guide for the eye and for denoisers, no directional albedo.
+    pub fn albedo(&self) -> Rgb {
+        self.mixture.albedo()
+    }
+
     /// Whether any lobe is connectable.
     #[inline]
     pub fn connectable(&self) -> bool {

@@ -249,6 +249,17 @@ static void parts(void) {
     READ(part);
     TRUE(statistics.width == 12 && statistics.height == 9);
     for (int y = 0; y < 9; ++y) TRUE(memcmp(part + 36 * y, whole + 3 * (40 * (11 + y) + 20), 36 * sizeof(float)) == 0);
+    desc.features = 1;
+    pixels.image = CAUSTICA_IMAGE_ALBEDO;
+    READ(part); /* the grey floor, the ball that shows it, the sky, of less light, and the lamp, of more */
+    for (int i = 0; i < 9 * 12 * 3; ++i) TRUE(part[i] > 0 && part[i] <= 1);
+    pixels.image = CAUSTICA_IMAGE_NORMAL;
+    READ(part);
+    for (int i = 0; i < 9 * 12 * 3; i += 3) TRUE(hypotf(hypotf(part[i], part[i + 1]), part[i + 2]) < 1.00001f);
+    pixels.image = CAUSTICA_IMAGE_RADIANCE;
+    READ(part);
+    for (int y = 0; y < 9; ++y) TRUE(memcmp(part + 36 * y, whole + 3 * (40 * (11 + y) + 20), 36 * sizeof(float)) == 0);
+    desc.features = 0;
     memset(&desc.region, 0, sizeof desc.region);
     desc.samples = 1;
     READ(first);

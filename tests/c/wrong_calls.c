@@ -623,6 +623,11 @@ static void render_calls(void) {
     WITH(desc.width, 0, INVALID, caustica_render(device, &desc, &render));
     WITH(desc.height, 0, INVALID, caustica_render_start(device, &desc, &render));
     WITH(desc.max_depth, UINT32_MAX, INVALID, caustica_render(device, &desc, &render));
+    WITH(desc.reserved, 1, INVALID, caustica_render(device, &desc, &render));
+    WITH(desc.features, 2, INVALID, caustica_render(device, &desc, &render));
+    desc.features = 1;
+    WITH(desc.integrator, CAUSTICA_INTEGRATOR_LIGHT, INVALID, caustica_render(device, &desc, &render));
+    desc.features = 0;
     WITH(desc.first_sample, UINT32_MAX, INVALID, caustica_render(device, &desc, &render));
     WITH(desc.region.x, 1, INVALID, caustica_render(device, &desc, &render));
     WITH(desc.region.width, 1, INVALID, caustica_render_start(device, &desc, &render));
@@ -683,6 +688,9 @@ static void render_calls(void) {
     EXPECT(INVALID, caustica_render_read(device, over, NULL));
     SIZES(pixels, caustica_render_read(device, over, &pixels));
     WITH(pixels.format, 0, INVALID, caustica_render_read(device, over, &pixels));
+    WITH(pixels.image, 3, INVALID, caustica_render_read(device, over, &pixels));
+    WITH(pixels.image, CAUSTICA_IMAGE_NORMAL, INVALID, caustica_render_read(device, over, &pixels)); /* not asked for */
+    WITH(pixels.reserved, 1, INVALID, caustica_render_read(device, over, &pixels));
     WITH(pixels.data, NULL, INVALID, caustica_render_read(device, over, &pixels));
     WITH(pixels.size, sizeof data - 1, INVALID, caustica_render_read(device, over, &pixels));
     WITH(pixels.row_stride, 31, INVALID, caustica_render_read(device, over, &pixels));

@@ -71,6 +71,10 @@ pub(crate) struct Render {
     /// part of that, and unweighted
     #[arg(long, value_name = "DIR")]
     pub(crate) strategies: Option<PathBuf>,
+    /// Also write albedo.exr and normal.exr into DIR, for denoisers: colour and direction of what is seen, through smooth
+    /// glass and by mirrors
+    #[arg(long, value_name = "DIR")]
+    pub(crate) features: Option<PathBuf>,
     /// Leave out all light but caustics: what mirrors or smooth glass lead to the surface that the camera sees, and rough
     /// glass where it is crossed by walks (--walked-roughness)
     #[arg(long)]

@@ -18,6 +18,8 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
+const FEATURE_FILES: [&str; 2] = ["albedo.exr", "normal.exr"];
+
 pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     let integrator = Integrator::from(args.integrator);
     if args.strategies.is_some() && integrator == Integrator::Path {
@@ -39,13 +41,16 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         time_limit: args.time.map(Duration::from_secs_f64),
         noise_limit: args.noise.map(|noise| noise as f32),
         threads: args.threads,
+        features: args.features.is_some(),
         per_technique: args.strategies.is_some(),
         caustics_only: args.caustics_only,
         ..args.picture.settings(&description.cameras)?
     };
-    if let Some(dir) = &args.strategies {
+    let first_strategy = technique_file((0, 2), "");
+    for (dir, file) in [(&args.strategies, first_strategy.as_str()), (&args.features, FEATURE_FILES[0])] {
+        let Some(dir) = dir else { continue };
         std::fs::create_dir_all(dir).map_err(|e| format!("{}: {e}", dir.display()))?;
-        image::check_writable(&dir.join(technique_file((0, 2), "")), &technique_options())?;
+        image::check_writable(&dir.join(file), &float_options())?;
     }
 
     let meter = Meter::new(args.quiet);
@@ -64,6 +69,12 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     let mut failed: Vec<Failure> = written.collect::<Vec<_>>().into_iter().filter_map(Result::err).collect();
     if let Some(dir) = &args.strategies {
         failed.extend(write_strategies(dir, &output.techniques, &metadata, console).err());
+    }
+    if let (Some(dir), Some(features)) = (&args.features, &output.features) {
+        let files = features.iter().zip(FEATURE_FILES);
+        failed.extend(
+            files.filter_map(|(image, file)| write(&dir.join(file), image, &metadata, &float_options(), console).err()),
+        );
     }
     if failed.is_empty() && output.cancelled {
         return Err(Interrupted { samples: output.statistics.samples }.into());
@@ -112,7 +123,7 @@ fn write_strategies(
     for (&technique, images) in techniques {
         let parts = [(&images.weighted, ""), (&images.caustic, "_caustic"), (&images.unweighted, "_unweighted")];
         for (image, suffix) in parts {
-            image::write(&dir.join(technique_file(technique, suffix)), image, metadata, &technique_options())?;
+            image::write(&dir.join(technique_file(technique, suffix)), image, metadata, &float_options())?;
         }
     }
     console.note(&format!("wrote {} images of strategies to {}", 3 * techniques.len(), dir.display()));
@@ -136,8 +147,8 @@ fn options(args: &Render) -> WriteOptions {
     WriteOptions { image_io, exposure: args.exposure, half: !args.float }
 }
 
-/// A single technique can be brighter than what half floats hold.
-fn technique_options() -> WriteOptions {
+/// A single technique can be brighter than what half floats hold, and features are for programs.
+fn float_options() -> WriteOptions {
     WriteOptions { half: false, ..WriteOptions::default() }
 }
 
