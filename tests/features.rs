@@ -53,10 +53,11 @@ fn what_is_seen_has_its_colour_and_its_side() {
         b.quad(Vec3::new(-9.0, -9.0, -9.0), Vec3::Z * 18.0, Vec3::Y * 18.0, green);
         b.quad(Vec3::new(9.0, -9.0, -9.0), Vec3::Z * 18.0, Vec3::Y * 18.0, green);
     };
-    let cases: [(&str, Builder, Rgb, Vec3); 9] = [
+    let cases: [(&str, Builder, Rgb, Vec3); 10] = [
         ("matte", plain(matte(), Rgb::ZERO), COLOR, Vec3::Z),
         ("rough metal", plain(Scattering::Conductor { reflectance: COLOR, roughness: 0.4 }, Rgb::ZERO), COLOR, Vec3::Z),
         ("glTF", plain(gltf(0.0), Rgb::ZERO), COLOR + 0.04, Vec3::Z),
+        ("glTF, half metal", plain(gltf(0.5), Rgb::ZERO), COLOR + 0.02, Vec3::Z),
         ("glTF metal", plain(gltf(1.0), Rgb::ZERO), COLOR, Vec3::Z),
         ("lamp", plain(black(), Rgb::splat(0.25)), Rgb::splat(0.25), Vec3::Z),
         ("bright lamp", plain(matte(), Rgb::new(90.0, 0.0, 0.0)), Rgb::new(1.0, 0.5, 0.2), Vec3::Z),
