@@ -1,6 +1,5 @@
 //! Image files against closed values, against each other, and against oiiotool.
 
-use caustica::camera::Region;
 use caustica::io::image::{ImageError, ImageIo, Metadata, WriteOptions, check_writable, read, read_environment, write};
 use caustica::math::Rgb;
 use caustica::render::Image;
@@ -328,6 +327,7 @@ fn other_formats_name_the_missing_feature() {
 #[cfg(feature = "oiio")]
 mod openimageio {
     use super::*;
+    use caustica::render::Region;
     use exr::meta::MetaData;
 
     const BY_OIIO: WriteOptions = WriteOptions { image_io: ImageIo::Oiio, ..HALF };
