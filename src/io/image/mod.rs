@@ -9,6 +9,8 @@
 //! | `png` | 8 bits | exposure, then sRGB |
 //! | `jpg`, `jpeg` | 8 bits, quality 95, full chroma | exposure, then sRGB |
 //!
+//! EXR files of the compressions DWA and B44 are read by OpenImageIO.
+//!
 //! Samples are converted here, so that no library's colour management has a say. A file is encoded
 //! in memory, written beside its final name and renamed: the final name never holds half a file.
 
@@ -155,7 +157,8 @@ pub fn write(path: &Path, image: &Image, metadata: &Metadata, options: &WriteOpt
 
 /// Reads an image of a known extension. Integer samples are taken as sRGB and decoded, float samples
 /// as linear. Channels beside R, G, B are left out; a single grey channel becomes all three. Of an
-/// EXR file: the first part that has R, G, B or Y, its data window, its full resolution.
+/// EXR file: the first part that has R, G, B or Y, its data window, its full resolution; of the compressions DWA and B44, by
+/// OpenImageIO, the first part alone.
 pub fn read(path: &Path) -> Result<Image, ImageError> {
     let (format, bytes) = load(path)?;
     decode(format, &bytes).map_err(|failure| failure.at(path))
@@ -168,12 +171,35 @@ fn load(path: &Path) -> Result<(Format, Vec<u8>), ImageError> {
 }
 
 fn decode(format: Format, bytes: &[u8]) -> Result<Image, Failure> {
-    if format == Format::Exr {
-        return openexr::decode(bytes);
+    match decode_stored(format, bytes, usize::MAX)? {
+        Decoded::Linear(image) => Ok(image),
+        Decoded::Stored(stored) => {
+            let pixels = stored.linear(Encoding::Srgb)?;
+            Ok(Image { width: stored.width, height: stored.height, pixels })
+        }
     }
-    let stored = oiio::decode(format, bytes, usize::MAX)?;
-    let pixels = stored.linear(Encoding::Srgb)?;
-    Ok(Image { width: stored.width, height: stored.height, pixels })
+}
+
+enum Decoded {
+    /// Of an EXR file.
+    Linear(Image),
+    /// By OpenImageIO.
+    Stored(Stored),
+}
+
+/// At most `most` pixels by OpenImageIO.
+fn decode_stored(format: Format, bytes: &[u8], most: usize) -> Result<Decoded, Failure> {
+    let left = if format == Format::Exr { openexr::left_to_openimageio(bytes)? } else { None };
+    if format == Format::Exr && left.is_none() {
+        return openexr::decode(bytes).map(Decoded::Linear);
+    }
+    let stored = oiio::decode(format, bytes, most).map_err(|failure| match (failure, left) {
+        (Failure::Module(reason), Some(compression)) => {
+            Failure::Module(format!("{reason}; its compression is {compression}"))
+        }
+        (failure, _) => failure,
+    })?;
+    Ok(Decoded::Stored(stored))
 }
 
 /// An image as its file has it.

@@ -97,9 +97,10 @@ fn sort_attributes(file: &mut [u8]) -> Option<()> {
 /// The image in the bytes of a file; see [`super::read`].
 pub(super) fn decode(file: &[u8]) -> Result<Image, Failure> {
     let reader = exr::block::read(Cursor::new(file), false).map_err(codec)?;
-    if let Some(header) = reader.headers().iter().find(|header| !decodes_safely(header.compression)) {
-        let reason = "are not read; 'oiiotool IN --compression zip -o OUT' converts them";
-        return Err(Failure::Unsupported(format!("EXR files of compression {} {reason}", header.compression)));
+    if let Some(compression) = unsafe_compression(reader.headers()) {
+        let reason =
+            "are read where their first part is the picture; 'oiiotool IN --compression zip -o OUT' converts them";
+        return Err(Failure::Unsupported(format!("EXR files of compression {compression} {reason}")));
     }
     let (part, targets) = reader
         .headers()
@@ -108,7 +109,7 @@ pub(super) fn decode(file: &[u8]) -> Result<Image, Failure> {
         .find_map(|(i, header)| Some((i, targets(header)?)))
         .ok_or_else(|| Failure::Unsupported("the file has neither channels R, G, B nor a channel Y".to_owned()))?;
     let header = &reader.headers()[part];
-    if header.deep || header.channels.list.iter().any(|channel| channel.sampling != Vec2(1, 1)) {
+    if !is_flat(header) {
         return Err(Failure::Unsupported("deep or subsampled EXR files are not read".to_owned()));
     }
     // All parts: the decoder takes memory for each.
@@ -158,11 +159,23 @@ pub(super) fn decode(file: &[u8]) -> Result<Image, Failure> {
     Ok(Image { width: width as u32, height: height as u32, pixels })
 }
 
+/// The compression of a file whose first part is the image, if that is left to OpenImageIO.
+pub(super) fn left_to_openimageio(file: &[u8]) -> Result<Option<Compression>, Failure> {
+    let reader = exr::block::read(Cursor::new(file), false).map_err(codec)?;
+    let first = reader.headers().first().filter(|header| targets(header).is_some() && is_flat(header));
+    Ok(first.and_then(|_| unsafe_compression(reader.headers())))
+}
+
 /// Damaged files make the decoder of B44 panic, and that of DWA take so much memory that the process
 /// aborts (exr 1.74.2; found by 30 000 mutated files, through which the others came unharmed).
-fn decodes_safely(compression: Compression) -> bool {
+fn unsafe_compression(headers: &[Header]) -> Option<Compression> {
     use Compression::{PIZ, PXR24, RLE, Uncompressed, ZIP1, ZIP16};
-    matches!(compression, Uncompressed | RLE | ZIP1 | ZIP16 | PIZ | PXR24)
+    let is_safe = |c: &Compression| matches!(c, Uncompressed | RLE | ZIP1 | ZIP16 | PIZ | PXR24);
+    headers.iter().map(|header| header.compression).find(|compression| !is_safe(compression))
+}
+
+fn is_flat(header: &Header) -> bool {
+    !header.deep && header.channels.list.iter().all(|channel| channel.sampling == Vec2(1, 1))
 }
 
 /// Refuses what is no latitude-longitude map of all directions: a part of one, or a cube.

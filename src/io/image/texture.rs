@@ -1,7 +1,7 @@
 //! Images on surfaces.
 
 use super::error::Failure;
-use super::{Format, ImageError, StoredSamples, load, oiio, openexr};
+use super::{Decoded, Format, ImageError, StoredSamples, decode_stored, load};
 use crate::math::Rgb;
 use crate::scene::description::{Encoding, MOST_SIDE, Texture};
 use std::path::Path;
@@ -26,11 +26,10 @@ pub fn decode_texture(bytes: &[u8], encoding: Encoding, most: usize, name: &str)
 }
 
 fn texture(format: Format, bytes: &[u8], encoding: Encoding, most: usize) -> Result<Texture, Failure> {
-    if format == Format::Exr {
-        let image = openexr::decode(bytes)?;
-        return floats(image.width, image.height, image.pixels);
-    }
-    let stored = oiio::decode(format, bytes, most)?;
+    let stored = match decode_stored(format, bytes, most)? {
+        Decoded::Linear(image) => return floats(image.width, image.height, image.pixels),
+        Decoded::Stored(stored) => stored,
+    };
     match &stored.samples {
         StoredSamples::Bytes(samples) => {
             let texels = stored.pixels(samples, |x| x)?;
