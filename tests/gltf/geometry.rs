@@ -128,6 +128,53 @@ fn interleaved_attributes_are_read_at_their_stride() {
     assert_eq!(narrow.error(), "accessor 0: byteStride of its bufferView is 8; an element has 12 bytes");
 }
 
+/// `KHR_mesh_quantization`: integers as they are, or as fractions of the largest one.
+#[test]
+fn vertices_in_integers() {
+    let signed = |values: &[i16], size: usize| -> Vec<u8> {
+        values.iter().flat_map(|v| v.to_le_bytes()[..size].to_vec()).collect()
+    };
+    // Type, normalized, bytes of a number, and what -7, -128 and 100 are, or 0, 249 and 100.
+    let cases: [(u32, bool, usize, [f32; 3]); 8] = [
+        (5120, false, 1, [-7.0, -128.0, 100.0]),
+        (5120, true, 1, [-7.0 / 127.0, -1.0, 100.0 / 127.0]),
+        (5121, false, 1, [249.0, 128.0, 100.0]),
+        (5121, true, 1, [249.0 / 255.0, 128.0 / 255.0, 100.0 / 255.0]),
+        (5122, false, 2, [-7.0, -128.0, 100.0]),
+        (5122, true, 2, [-7.0 / 32767.0, -128.0 / 32767.0, 100.0 / 32767.0]),
+        (5123, false, 2, [65529.0, 65408.0, 100.0]),
+        (5123, true, 2, [65529.0 / 65535.0, 65408.0 / 65535.0, 100.0 / 65535.0]),
+    ];
+    for (component, normalized, size, [a, b, c]) in cases {
+        let mut builder = Builder::new();
+        // Each vertex begins at a multiple of 4 bytes.
+        let mut bytes = Vec::new();
+        for corner in [[-7, -128, 100], [100, 100, 100], [100, -7, -7]] {
+            bytes.extend(signed(&corner, size));
+            bytes.resize(bytes.len().next_multiple_of(4), 0xaa);
+        }
+        let view = builder.view(&bytes);
+        builder.json["bufferViews"][view]["byteStride"] = json!((3 * size).next_multiple_of(4));
+        let whole = json!({"bufferView": view, "componentType": component, "normalized": normalized, "type": "VEC3", "count": 3});
+        let mut accessor = || builder.push("accessors", whole.clone());
+        let mut attributes = json!({"POSITION": accessor()});
+        if component == 5120 || component == 5122 {
+            attributes["NORMAL"] = accessor().into();
+        }
+        builder.mesh(json!([{"attributes": attributes}]));
+        builder.root(json!({"mesh": 0}));
+        let error = builder.error();
+        assert!(error.contains(&format!("componentType {component}")), "{error}");
+
+        builder.json["extensionsUsed"] = json!(["KHR_mesh_quantization"]);
+        builder.json["extensionsRequired"] = json!(["KHR_mesh_quantization"]);
+        let mesh = only_mesh(&builder);
+        let expected = [[a, b, c], [c; 3], [c, a, a]];
+        assert_eq!(mesh.positions, expected, "{component} {normalized}");
+        assert!(mesh.normals.is_empty() || mesh.normals == expected, "{component} {normalized}");
+    }
+}
+
 /// A sparse accessor that moves vertices 1 and 3 of a row of 5; its base may be left out.
 fn sparse(with_base: bool, component: u32, indices: &[u32]) -> Builder {
     let mut builder = Builder::new();

@@ -179,6 +179,16 @@ fn coordinates_of_each_type_and_set() {
             mesh.texture_coordinates.iter().flatten().zip(expected.iter().flatten()).map(|(a, b)| (a - b).abs());
         assert!(error.fold(0.0f32, f32::max) < 0.5 / scale, "{:?}", mesh.texture_coordinates);
     }
+    // With `KHR_mesh_quantization`, integers as they are.
+    let mut builder = with(base_color(json!({"index": 0})), &[data(FOUR)]);
+    let view = builder.view(&[-3i16, 2, 0, 700, -1, 1].map(i16::to_le_bytes).concat());
+    let coordinates = json!({"bufferView": view, "componentType": 5122, "type": "VEC2", "count": 3});
+    let coordinates = builder.push("accessors", coordinates);
+    builder.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = json!(coordinates);
+    assert!(builder.error().contains("componentType 5122"), "{}", builder.error());
+    builder.json["extensionsUsed"] = json!(["KHR_mesh_quantization"]);
+    let mesh = builder.load().unwrap().description.meshes[0].clone();
+    assert_eq!(mesh.texture_coordinates, [[-3.0, 2.0], [0.0, 700.0], [-1.0, 1.0]]);
     // The extension has the last word on the set; a slot of another set is left out.
     let mut builder = with(
         json!({

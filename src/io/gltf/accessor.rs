@@ -8,6 +8,15 @@ use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::validation::Checked;
 use gltf::json::{self, Index};
 
+const FLOAT: [ComponentType; 1] = [ComponentType::F32];
+
+/// Of positions and texture coordinates with `KHR_mesh_quantization`.
+const QUANTIZED: [ComponentType; 5] =
+    [ComponentType::F32, ComponentType::I8, ComponentType::U8, ComponentType::I16, ComponentType::U16];
+
+/// Of normals with it.
+const SIGNED: [ComponentType; 3] = [ComponentType::F32, ComponentType::I8, ComponentType::I16];
+
 /// An array in a buffer.
 pub(super) struct Accessor<'a> {
     /// For messages.
@@ -15,6 +24,8 @@ pub(super) struct Accessor<'a> {
     /// Number of elements, at least 1.
     pub(super) count: usize,
     component: ComponentType,
+    /// Whether integers are fractions of the largest one.
+    normalized: bool,
     /// `None`: all zeros.
     base: Option<Elements<'a>>,
     sparse: Option<Sparse<'a>>,
@@ -35,18 +46,31 @@ struct Sparse<'a> {
 }
 
 impl<'a> Accessor<'a> {
-    /// Opens an array of three floats each, for the attribute `field` of `from`.
-    pub(super) fn of_vectors(
+    /// Opens an array of positions, the attribute `field` of `from`: floats, or integers by `KHR_mesh_quantization`.
+    pub(super) fn of_positions(
         document: &Document,
         buffers: &'a Buffers,
         index: Index<json::Accessor>,
         from: &Object,
         field: &str,
     ) -> Result<Self, GltfError> {
-        Self::open(document, buffers, index, from, field, Type::Vec3, &[ComponentType::F32])
+        let legal = if document.quantized() { &QUANTIZED[..] } else { &FLOAT };
+        Self::open(document, buffers, index, from, field, Type::Vec3, legal)
     }
 
-    /// Opens an array of texture coordinates: floats, or integers from 0 to 1.
+    /// The same of normals.
+    pub(super) fn of_normals(
+        document: &Document,
+        buffers: &'a Buffers,
+        index: Index<json::Accessor>,
+        from: &Object,
+        field: &str,
+    ) -> Result<Self, GltfError> {
+        let legal = if document.quantized() { &SIGNED[..] } else { &FLOAT };
+        Self::open(document, buffers, index, from, field, Type::Vec3, legal)
+    }
+
+    /// The same of texture coordinates; without the extension, integers are fractions of the largest one.
     pub(super) fn of_coordinates(
         document: &Document,
         buffers: &'a Buffers,
@@ -54,8 +78,12 @@ impl<'a> Accessor<'a> {
         from: &Object,
         field: &str,
     ) -> Result<Self, GltfError> {
+        if document.quantized() {
+            return Self::open(document, buffers, index, from, field, Type::Vec2, &QUANTIZED);
+        }
         let legal = [ComponentType::F32, ComponentType::U8, ComponentType::U16];
-        Self::open(document, buffers, index, from, field, Type::Vec2, &legal)
+        let opened = Self::open(document, buffers, index, from, field, Type::Vec2, &legal)?;
+        Ok(Accessor { normalized: true, ..opened })
     }
 
     /// Opens an array of vertex indices of `from`.
@@ -111,7 +139,7 @@ impl<'a> Accessor<'a> {
             Some(sparse) => Some(Sparse::open(document, buffers, sparse, size, count, &object)?),
             None => None,
         };
-        Ok(Accessor { object, count, component, base, sparse })
+        Ok(Accessor { object, count, component, normalized: accessor.normalized, base, sparse })
     }
 
     /// Bytes of element `i`; `None` for one of zeros. `i` is below `count`.
@@ -124,22 +152,20 @@ impl<'a> Accessor<'a> {
         self.base.as_ref().map(|base| base.get(i))
     }
 
-    /// Element `i` of an array of vectors.
-    pub(super) fn vector(&self, i: usize) -> [f32; 3] {
-        let Some(bytes) = self.element(i) else { return [0.0; 3] };
-        std::array::from_fn(|axis| f32::from_bits(unsigned(&bytes[axis * 4..], ComponentType::U32)))
-    }
-
-    /// Element `i` of an array of texture coordinates.
-    pub(super) fn coordinates(&self, i: usize) -> [f32; 2] {
-        let Some(bytes) = self.element(i) else { return [0.0; 2] };
+    /// Element `i` of an array of vectors or of texture coordinates (\[glTF\] 3.11.1, "Animations": its formulas for
+    /// integers hold everywhere).
+    pub(super) fn vector<const N: usize>(&self, i: usize) -> [f32; N] {
+        let Some(bytes) = self.element(i) else { return [0.0; N] };
         std::array::from_fn(|axis| {
             let bits = unsigned(&bytes[axis * self.component.size()..], self.component);
-            match self.component {
-                ComponentType::U8 => bits as f32 / 255.0,
-                ComponentType::U16 => bits as f32 / 65535.0,
-                _ => f32::from_bits(bits),
-            }
+            let (integer, largest) = match self.component {
+                ComponentType::I8 => (f32::from(bits as u8 as i8), 127.0),
+                ComponentType::U8 => (bits as f32, 255.0),
+                ComponentType::I16 => (f32::from(bits as u16 as i16), 32767.0),
+                ComponentType::U16 => (bits as f32, 65535.0),
+                ComponentType::U32 | ComponentType::F32 => return f32::from_bits(bits),
+            };
+            if self.normalized { (integer / largest).max(-1.0) } else { integer }
         })
     }
 

@@ -7,15 +7,19 @@ use gltf::json::{self, Index, Root};
 use serde_json::Value;
 
 /// Extensions that are rendered.
-const SUPPORTED: [&str; 7] = [
+const SUPPORTED: [&str; 8] = [
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_specular",
     "KHR_materials_transmission",
     "KHR_materials_volume",
+    QUANTIZATION,
     "KHR_texture_transform",
 ];
+
+/// Vertices in integers.
+const QUANTIZATION: &str = "KHR_mesh_quantization";
 
 /// Formats of images that are not read: a texture has another one, or is left out.
 const OF_TEXTURES: [&str; 4] = ["EXT_texture_avif", "EXT_texture_webp", "KHR_texture_basisu", "MSFT_texture_dds"];
@@ -89,6 +93,12 @@ impl<'a> Document<'a> {
             }
         }
         Ok(Document { root, json })
+    }
+
+    /// Whether positions, normals and texture coordinates may be integers as they come.
+    pub(super) fn quantized(&self) -> bool {
+        let mut used = self.root.extensions_used.iter().chain(&self.root.extensions_required);
+        used.any(|name| name == QUANTIZATION)
     }
 
     /// The object that `index` names; `field` of `from` holds it.

@@ -59,10 +59,10 @@ pub(super) fn convert(
     }
 
     let name = field("attributes.POSITION");
-    let positions = Accessor::of_vectors(document, buffers, positions, object, &name)?;
+    let positions = Accessor::of_positions(document, buffers, positions, object, &name)?;
     let normals = match attribute(Semantic::Normals) {
         Some(index) => {
-            let normals = Accessor::of_vectors(document, buffers, index, object, &field("attributes.NORMAL"))?;
+            let normals = Accessor::of_normals(document, buffers, index, object, &field("attributes.NORMAL"))?;
             if normals.count != positions.count {
                 let expected = format!("its POSITION has {}", positions.count);
                 return Err(normals.object.invalid("count", normals.count, expected));
@@ -131,7 +131,7 @@ pub(super) fn convert(
         None => Vec::new(),
     };
     let mut texture_coordinates = match coordinates {
-        Some(coordinates) => vertices.gather(|i| coordinates.coordinates(i), budget)?,
+        Some(coordinates) => vertices.gather(|i| coordinates.vector(i), budget)?,
         None => Vec::new(),
     };
     let replaced = replace_unusable(&mut normals, &positions, &triangles);
