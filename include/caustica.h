@@ -572,10 +572,15 @@ typedef struct caustica_render_desc {
                                least; 0: no limit. The number of passes is the same for any number of threads */
     uint32_t first_sample;  /* number of the first; the average of renders of samples 0 to 63 and 64 to 127 is the image of
                                samples 0 to 127 */
-    caustica_region region; /* what of the width x height pixels is rendered, and is the image; all 0: all of them */
+    caustica_region region; /* what of the width x height pixels is rendered, and is the image, of which EXR and TIFF files say
+                               where it is; all 0: all of them. CAUSTICA_INTEGRATOR_PATH gives the bits of the whole; with
+                               the others, light subpaths are as many as the region's samples, and forecasts are the
+                               region's: put together, parts have the right light and may differ in their noise */
     uint32_t features;      /* 1: what the samples see is kept for caustica_render_read, CAUSTICA_IMAGE_ALBEDO and _NORMAL; else
                                0. Not by CAUSTICA_INTEGRATOR_LIGHT */
-    uint32_t reserved;
+    float clamp;            /* most radiance that one path may add to a pixel, in its largest channel, unless the camera sees
+                               the light itself, by mirrors or through smooth glass: less noise for a bias, of which
+                               caustica_statistics::clamped tells; 0: no limit */
 } caustica_render_desc;
 
 /* Renders, and returns when it is over: CAUSTICA_OK, or CAUSTICA_CANCELLED when the callback asked for
@@ -630,6 +635,7 @@ typedef struct caustica_statistics {
     uint64_t film_bytes;
     uint32_t threads;
     float noise;                /* estimated relative standard error; NaN if unknown */
+    float clamped;              /* share of the light that `clamp` has taken */
     uint32_t caustics;          /* 1 if caustic connections were made, else 0 */
     uint32_t aimed;             /* 1 if light subpaths were aimed at glass, else 0 */
     float aim_forecast_variance; /* caustics' variance without aim over that with it, per sample */
@@ -651,15 +657,17 @@ caustica_result caustica_render_result(caustica_device* device, caustica_render_
                                        caustica_statistics* statistics);
 
 enum {
-    CAUSTICA_FORMAT_RGB_F32 = 1, /* linear Rec. 709 radiance */
+    CAUSTICA_FORMAT_RGB_F32 = 1, /* linear Rec. 709; of normals x, y, z */
     CAUSTICA_FORMAT_RGBA_F32 = 2 /* the same, alpha 1 */
 };
 
 enum {
     CAUSTICA_IMAGE_RADIANCE = 0,
-    /* For denoisers, of renders that were asked for features: colour (0 to 1) and shading normal (world space, unit, on the
-     * side that is seen) of the first surface that is neither smooth glass nor a mirror, seen through those; lamps and the
-     * environment have the colour of their light. Averages over the samples of a pixel. */
+    /* For denoisers, of renders that were asked for features: colour (0 to 1) and shading normal (world space, on the side
+     * that is seen) of the first surface that is not all smooth glass or mirror, seen through those; lamps and the
+     * environment have the colour of their light, the environment no normal. Averages over the samples of a pixel: normals
+     * are shorter than 1 where these differ. While it renders, images that are read one after another may be of different
+     * passes: `samples` tells. */
     CAUSTICA_IMAGE_ALBEDO = 1,
     CAUSTICA_IMAGE_NORMAL = 2
 };

@@ -207,7 +207,7 @@ fn both_sides_agree_on_layouts_and_constants() {
         caustica_render_desc = capi::render::RenderDesc {
             struct_size, integrator, scene, camera, width, height, samples, max_depth, seed, time_limit_seconds,
             num_threads, caustics_only, progress, user, caustic_options, noise_limit, first_sample,
-            region, features, reserved
+            region, features, clamp
         }
         caustica_region = capi::render::Region { x, y, width, height }
         caustica_caustic_options = capi::options::CausticOptions {
@@ -219,7 +219,7 @@ fn both_sides_agree_on_layouts_and_constants() {
             walk_rays, connection_walks, connected_walks, check_walks, confirmed_walks, walk_iterations,
             spared_walks, forecast_variance, forecast_work, non_finite, first_non_finite_pixel,
             first_non_finite_sample, commit_seconds, render_seconds, scene_bytes, film_bytes, threads, noise,
-            caustics, aimed, aim_forecast_variance, aim_forecast_work, light_subpaths,
+            clamped, caustics, aimed, aim_forecast_variance, aim_forecast_work, light_subpaths,
             seeds, search, seeds_forecast_variance, seeds_forecast_work, search_forecast_variance,
             search_forecast_work, backend
         }

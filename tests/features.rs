@@ -95,6 +95,28 @@ fn what_is_behind_a_pane_is_seen_through_it() {
     }
 }
 
+/// Fresnel head-on, F = ((n - 1) / (n + 1))^2. Radiance in the water is n^2 times as much, which is no colour.
+#[test]
+fn what_is_in_water_is_seen_from_above_and_from_within() {
+    // The water ends at z = 1, before or behind the camera.
+    for [low, high] in [[-99.0, 1.0], [1.0, 99.0]] {
+        for (color, lamp) in [(COLOR, Rgb::ZERO), (Rgb::ZERO, COLOR)] {
+            let b = wall(Scattering::Diffuse { reflectance: color }, lamp, |b| {
+                let water = b.glass(1.33, 0.0);
+                b.cuboid(Vec3::new(-99.0, -99.0, low), Vec3::new(99.0, 99.0, high), false, water);
+            });
+            let reflected = (0.33f32 / 2.33).powi(2);
+            let slack = 4.0 * (reflected * (1.0 - reflected) / 65536.0f32).sqrt();
+            for integrator in [Integrator::Path, Integrator::Bdpt] {
+                let features = common::run(&b.commit(), &with_features(integrator, 64, 16)).features.expect("features");
+                let [albedo, _] = features.map(|image| image.pixels.iter().sum::<Vec3>() / 4096.0);
+                let error = albedo / (COLOR * (1.0 - reflected)) - 1.0;
+                assert!(error.abs().max_element() < slack / (1.0 - reflected), "{low}, {integrator:?}: {albedo}");
+            }
+        }
+    }
+}
+
 fn room() -> Builder {
     let mut b = Builder::default();
     let white = b.diffuse(0.7);
@@ -104,6 +126,10 @@ fn room() -> Builder {
     let lamp = b.lamp(10.0);
     b.quad(Vec3::new(-0.3, 2.0, -0.3), Vec3::X * 0.6, Vec3::Z * 0.6, lamp);
     b.0.environment = Rgb::splat(0.1).into();
+    // Under the lamp, in part a mirror.
+    let polished = MetallicRoughness { base_color: COLOR, roughness: 0.0, ..MetallicRoughness::default() };
+    let polished = b.material(Scattering::MetallicRoughness(polished));
+    b.quad(Vec3::new(-0.5, 1.2, 0.5), Vec3::Z * 1.0, Vec3::X * 1.0, polished);
     b.perspective([0.0, 1.5, 4.0], [0.0, 0.8, 0.0], 0.8);
     b
 }
@@ -111,18 +137,24 @@ fn room() -> Builder {
 #[test]
 fn paths_and_subpaths_see_the_same() {
     let world = room().commit();
-    let seen = |integrator, caustics| {
-        let settings = Settings { caustics, ..with_features(integrator, 32, 8) };
-        common::run(&world, &settings).features.expect("features")
-    };
-    let path = seen(Integrator::Path, Caustics::Off);
-    for image in &path {
-        assert!(image.pixels.iter().any(|p| *p != image.pixels[0]));
-    }
-    for (integrator, caustics) in
-        [(Integrator::Bdpt, Caustics::Off), (Integrator::Bdpt, Caustics::On), (Integrator::Mnee, Caustics::On)]
-    {
-        assert_eq!(seen(integrator, caustics), path, "{integrator:?}, {caustics:?}");
+    for max_depth in [1, 2, 3, 10] {
+        let seen = |integrator, caustics| {
+            let settings = Settings { caustics, max_depth, ..with_features(integrator, 32, 8) };
+            common::run(&world, &settings).features.expect("features")
+        };
+        let path = seen(Integrator::Path, Caustics::Off);
+        for image in &path {
+            assert!(image.pixels.iter().any(|p| *p != image.pixels[0]));
+        }
+        for (integrator, caustics) in
+            [(Integrator::Bdpt, Caustics::Off), (Integrator::Bdpt, Caustics::On), (Integrator::Mnee, Caustics::On)]
+        {
+            for (ours, path) in seen(integrator, caustics).iter().zip(&path) {
+                let error = ours.pixels.iter().zip(&path.pixels).map(|(a, b)| (*a - *b).abs().max_element());
+                let error = error.fold(0.0, f32::max);
+                assert!(error < 1e-6, "{integrator:?}, {caustics:?}, {max_depth} segments: {error}");
+            }
+        }
     }
 }
 

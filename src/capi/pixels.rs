@@ -107,6 +107,8 @@ pub struct Statistics {
     pub threads: u32,
     /// Relative standard error of the image; NaN if unknown.
     pub noise: f32,
+    /// Share of the light that a clamp took.
+    pub clamped: f32,
     /// Whether caustic connections were made.
     pub caustics: u32,
     /// Whether light subpaths were aimed at glass.
@@ -171,6 +173,7 @@ impl Statistics {
             film_bytes: s.film_bytes,
             threads: s.threads,
             noise,
+            clamped: s.clamped,
             caustics: s.caustics.into(),
             aimed: s.aimed.into(),
             aim_forecast_variance: s.aim_forecast.map_or(f32::NAN, |f| f.variance),

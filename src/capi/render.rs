@@ -117,8 +117,8 @@ pub struct RenderDesc {
     pub region: Region,
     /// 1 to keep albedo and normals, else 0.
     pub features: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// 0 for none.
+    pub clamp: f32,
 }
 
 /// `caustica_region`.
@@ -410,9 +410,6 @@ fn request(device: &Arc<Device>, desc: In<RenderDesc>) -> Result<Request, Failur
         let zero = if d.width == 0 { "width" } else { "height" };
         return Err(Failure::argument(zero, "is 0 beside another that is not; both or none were expected"));
     }
-    if d.reserved != 0 {
-        return Err(Failure::argument("reserved", format!("is {}; 0 was expected", d.reserved)));
-    }
     let Region { x, y, width, height } = d.region;
     let region = render::Region { x, y, width, height };
     let noise = d.noise_limit;
@@ -445,6 +442,7 @@ fn request(device: &Arc<Device>, desc: In<RenderDesc>) -> Result<Request, Failur
         caustic_options: caustic_options.unwrap_or(defaults.caustic_options),
         caustics_only: d.caustics_only == 1,
         features: d.features == 1,
+        clamp: (d.clamp != 0.0).then_some(d.clamp),
         ..defaults
     };
     render::validate(&snapshot.world, &settings)?;

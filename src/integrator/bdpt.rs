@@ -1,7 +1,7 @@
 //! Bidirectional path tracing (Veach 1997, ch. 10): one light subpath for each camera subpath, or
 //! another mean number; all techniques s >= 0, t >= 1, weighted by the balance heuristic.
 
-use super::{Contribution, Feature, Observer, Sample, Splat};
+use super::{Contribution, Feature, Observer, Sample};
 use crate::camera::{Camera, Region};
 use crate::math::{Rgb, Sampler, Stream, pixel_position};
 use crate::scene::media::MediumId;
@@ -46,10 +46,8 @@ impl View {
     /// The pixel that a raster position on the film falls on.
     #[inline]
     pub fn pixel(&self, raster: Vec2) -> u32 {
-        let Region { x, y, width, height } = self.region;
-        let column = (raster.x as u32 - x).min(width - 1);
-        let row = (raster.y as u32 - y).min(height - 1);
-        row * width + column
+        let Region { x, y, width, .. } = self.region;
+        (raster.y as u32 - y) * width + raster.x as u32 - x
     }
 }
 
@@ -90,9 +88,9 @@ pub(crate) fn from_camera<O: Observer>(
 
     out.radiance = Rgb::ZERO;
     for hit in &tracer.emitter_hits {
-        out.radiance += hit.value * hit.weight as f32;
+        let kept = out.add(hit.value * hit.weight as f32, hit.vertices > 0);
         let before = &tracer.camera_vertices[..hit.vertices];
-        observer.observe(&Contribution::of_hit(hit, pixel, before));
+        observer.observe(&Contribution::of_hit(hit, pixel, before).limited(kept));
     }
     for i in 0..tracer.camera_vertices.len() {
         let segments = tracer.camera_vertices[i].segments;
@@ -102,10 +100,10 @@ pub(crate) fn from_camera<O: Observer>(
         // Without lights there is nothing to draw, and `sample_direct` says so at once.
         let Some(light) = tracer.next_event(i, &mut connect_numbers) else { continue };
         for joined in &tracer.joined {
-            out.radiance += joined.weighted;
+            let kept = out.add(joined.weighted, true);
             let start = LightVertex { densities: joined.densities.unwrap_or(light.densities), ..light };
             let (technique, camera) = ((1, segments + 1), &tracer.camera_vertices[..=i]);
-            observer.observe(&Contribution::of_joined(joined, technique, pixel, camera, &[], &start));
+            observer.observe(&Contribution::of_joined(joined, technique, pixel, camera, &[], &start).limited(kept));
         }
     }
 }
@@ -136,10 +134,12 @@ pub(crate) fn from_lights<O: Observer>(
                 }
                 tracer.connect(i, j);
                 for joined in &tracer.joined {
-                    out.radiance += joined.weighted;
+                    let kept = out.add(joined.weighted, true);
                     let technique = (light_segments + 1, segments + 1);
                     let (camera, light) = (&tracer.camera_vertices[..=i], &tracer.light_vertices[..=j]);
-                    observer.observe(&Contribution::of_joined(joined, technique, pixel, camera, light, &start));
+                    observer.observe(
+                        &Contribution::of_joined(joined, technique, pixel, camera, light, &start).limited(kept),
+                    );
                 }
             }
         }
@@ -147,9 +147,9 @@ pub(crate) fn from_lights<O: Observer>(
             tracer.to_camera(&view.camera, j);
             for joined in &tracer.joined {
                 let target = view.pixel(joined.raster);
-                out.splats.push(Splat { pixel: target, value: joined.weighted });
+                let kept = out.splat(target, joined.weighted);
                 let (technique, light) = ((tracer.light_vertices[j].segments + 1, 1), &tracer.light_vertices[..=j]);
-                observer.observe(&Contribution::of_joined(joined, technique, target, &[], light, &start));
+                observer.observe(&Contribution::of_joined(joined, technique, target, &[], light, &start).limited(kept));
             }
         }
     }

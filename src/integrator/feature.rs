@@ -4,14 +4,16 @@
 use crate::camera::Endpoint;
 use crate::math::Rgb;
 use crate::scatter::TransportMode;
+use crate::scene::World;
+use crate::scene::media::MediumId;
 use crate::transport::Tracer;
 use glam::Vec3;
 
-/// Of the first surface that is not smooth glass nor a mirror, seen through those.
+/// Of the first surface that is not all smooth glass or mirror, seen through those.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Feature {
-    /// Its colour, see [`crate::scatter::Bsdf::albedo`], and the radiance of lamps and environment that come before it or
-    /// where there is none; times the colour of glass and mirrors, at most 1.
+    /// Its colour, see [`crate::scatter::Bsdf::albedo`], and the radiance of lamps and environment up to there; times the
+    /// colour of glass and mirrors, at most 1.
     pub albedo: Rgb,
     /// Its shading normal or that of a lamp before it, world space, unit, on the side that is seen. 0 where there is none.
     pub normal: Vec3,
@@ -20,14 +22,18 @@ pub struct Feature {
 impl Feature {
     /// Of the camera subpath that was just traced.
     pub(super) fn of(tracer: &Tracer) -> Feature {
+        let (world, start) = (tracer.world, tracer.camera_medium);
         let mut feature = Feature::default();
-        for hit in tracer.emitter_hits.iter().filter(|hit| hit.vertices == 0) {
+        let first = tracer.camera_vertices.first();
+        // Past a vertex that is in part a mirror, hits have no vertex before them either.
+        let until = first.map_or(u32::MAX, |vertex| vertex.segments);
+        for hit in tracer.emitter_hits.iter().filter(|hit| hit.vertices == 0 && hit.segments <= until) {
             let normal = if let Endpoint::Surface(at) = &hit.light.at { at.ns } else { Vec3::ZERO };
-            feature.see(hit.value, normal, hit.direction);
+            feature.see(hit.value * color_scale(world, start, hit.medium), normal, hit.direction);
         }
-        if let Some(vertex) = tracer.camera_vertices.first() {
+        if let Some(vertex) = first {
             let albedo = tracer.material(vertex, TransportMode::Radiance).albedo();
-            feature.see(vertex.beta * albedo, vertex.at.ns, vertex.wo);
+            feature.see(vertex.beta * albedo * color_scale(world, start, vertex.medium), vertex.at.ns, vertex.wo);
         }
         feature
     }
@@ -39,4 +45,11 @@ impl Feature {
             self.normal = if normal.dot(wo) < 0.0 { -normal } else { normal };
         }
     }
+}
+
+/// The throughput of radiance between two media to that of colour: radiance over the squared index is what refraction
+/// keeps.
+pub(super) fn color_scale(world: &World, start: MediumId, end: MediumId) -> f32 {
+    let [start, end] = [start, end].map(|medium| world.media[medium as usize].ior);
+    (end / start).powi(2)
 }

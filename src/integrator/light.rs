@@ -3,7 +3,7 @@
 //! through glass or in a mirror stays black.
 
 use super::bdpt::View;
-use super::{Contribution, Observer, Sample, Splat};
+use super::{Contribution, Observer, Sample};
 use crate::math::{Rgb, Sampler, Stream};
 use crate::transport::Tracer;
 
@@ -34,7 +34,7 @@ pub fn sample<O: Observer>(
         let Some(start) = &tracer.light_start else { continue };
         for joined in &tracer.joined {
             let target = view.pixel(joined.raster);
-            out.splats.push(Splat { pixel: target, value: joined.value });
+            let kept = out.splat(target, joined.value);
             let path = Contribution::of_joined(
                 joined,
                 (tracer.light_vertices[j].segments + 1, 1),
@@ -43,7 +43,7 @@ pub fn sample<O: Observer>(
                 &tracer.light_vertices[..=j],
                 start,
             );
-            observer.observe(&Contribution { weight: 1.0, weighted: path.value, ..path });
+            observer.observe(&Contribution { weight: 1.0, ..path }.limited(kept));
         }
     }
 }

@@ -13,14 +13,59 @@ use crate::transport::vertex::on_path;
 use crate::transport::{EmitterHit, LightVertex, Vertex};
 
 /// What one sample adds to the image.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Sample {
+    /// Most that a path may add to a pixel, in its largest channel, unless the camera sees the light directly, by mirrors
+    /// or through smooth glass: rare bright paths are noise. Biased.
+    pub most: f32,
+    /// What was more, of all paths.
+    pub cut: Rgb,
     /// Radiance of the sample's own pixel.
     pub radiance: Rgb,
     /// Light-image contributions, anywhere on the film.
     pub splats: Vec<Splat>,
     /// What it sees, which is filled in if there is room for it.
     pub feature: Option<Feature>,
+}
+
+impl Default for Sample {
+    fn default() -> Sample {
+        Sample { most: f32::INFINITY, cut: Rgb::ZERO, radiance: Rgb::ZERO, splats: Vec::new(), feature: None }
+    }
+}
+
+impl Sample {
+    /// Forgets the sample before it.
+    pub fn clear(&mut self) {
+        self.splats.clear();
+        (self.radiance, self.cut) = (Rgb::ZERO, Rgb::ZERO);
+    }
+
+    /// Adds a path's light to its own pixel; what of it is within the limit, if that holds for it, and the rest.
+    #[inline]
+    fn add(&mut self, light: Rgb, limited: bool) -> [Rgb; 2] {
+        let [kept, rest] = if limited { self.limit(light) } else { [light, Rgb::ZERO] };
+        self.radiance += kept;
+        self.cut += rest;
+        [kept, rest]
+    }
+
+    /// Adds it to another pixel; the same.
+    #[inline]
+    fn splat(&mut self, pixel: u32, light: Rgb) -> [Rgb; 2] {
+        let [value, rest] = self.limit(light);
+        self.splats.push(Splat { pixel, value });
+        self.cut += rest;
+        [value, rest]
+    }
+
+    /// What is not finite stays so.
+    #[inline]
+    fn limit(&self, light: Rgb) -> [Rgb; 2] {
+        let largest = light.max_element();
+        let kept = if largest > self.most { light * (self.most / largest) } else { light };
+        [kept, light - kept]
+    }
 }
 
 /// A light-image contribution.
@@ -49,6 +94,8 @@ pub struct Contribution<'a> {
     pub camera_only: f64,
     /// What it adds to the image. Finite also where the value is infinite and the weight zero.
     pub weighted: Rgb,
+    /// What [`Sample::most`] has taken from that.
+    pub cut: Rgb,
     /// Connectable vertices from the camera, without the camera's own; see [`on_path`].
     pub camera: &'a [Vertex],
     /// Connectable vertices from the light, without the light's own; see [`on_path`].
@@ -72,6 +119,7 @@ impl<'a> Contribution<'a> {
             weight: hit.weight,
             camera_only: hit.camera_only,
             weighted: hit.value * hit.weight as f32,
+            cut: Rgb::ZERO,
             camera,
             light: &[],
             start: &hit.light,
@@ -97,12 +145,18 @@ impl<'a> Contribution<'a> {
             weight: joined.weight,
             camera_only: joined.camera_only,
             weighted: joined.weighted,
+            cut: Rgb::ZERO,
             camera,
             light,
             start,
             chain: joined.chain.as_ref(),
             hit: None,
         }
+    }
+
+    /// The same, of which a sample has taken so much, and the rest not.
+    fn limited(self, [weighted, cut]: [Rgb; 2]) -> Contribution<'a> {
+        Contribution { weighted, cut, ..self }
     }
 
     /// Whether the path has a chain of smooth refractions or reflections that the light crosses before

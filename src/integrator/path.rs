@@ -3,6 +3,7 @@
 //! sampling with the bidirectional path tracer, and none of its weights: it is its oracle.
 
 use super::bdpt::View;
+use super::feature::color_scale;
 use super::{Feature, Sample};
 use crate::camera::Endpoint;
 use crate::geometry::Ray;
@@ -34,12 +35,13 @@ pub fn sample(
     let mut ray = Ray { origin, direction, t_max: f32::INFINITY };
     let mut beta = Rgb::ONE;
     let mut roulette = Rgb::ONE;
+    out.radiance = Rgb::ZERO;
     let mut medium = view.medium.unwrap_or_else(|| world.medium_at(origin));
-    let mut radiance = Rgb::ZERO;
+    let start = medium;
     // Density of the last direction if it came from a connectable lobe, and the vertex it left.
     let mut sampled: Option<(f32, Vec3)> = None;
-    // What is seen, until it is.
-    let mut seeing = out.feature.map(|_| Feature::default());
+    // What is seen, and whether it is still looked for.
+    let (mut feature, mut seeing) = (Feature::default(), out.feature.is_some());
     // Whether a connectable vertex came before, and a chain after one.
     let (mut seen, mut caustic) = (false, false);
 
@@ -54,11 +56,11 @@ pub fn sample(
                 if world.requirements.absorption {
                     beta *= world.transmittance(medium, f32::INFINITY);
                 }
-                if let Some(feature) = &mut seeing {
-                    feature.see(beta * emitted, Vec3::ZERO, Vec3::ZERO);
+                if seeing {
+                    feature.see(beta * emitted * color_scale(world, start, medium), Vec3::ZERO, Vec3::ZERO);
                 }
                 let weight = sampled.map_or(1.0, |(pdf, _)| pdf as f64 / (pdf as f64 + densities.direct));
-                radiance += beta * emitted * weight as f32 * share(caustic);
+                out.add(beta * emitted * weight as f32 * share(caustic), seen);
             }
             break;
         };
@@ -70,27 +72,25 @@ pub fn sample(
         if let Some(light) = world.lights.of_shape(hit.shape) {
             let receiver = sampled.map_or(ray.origin, |(_, p)| p);
             if let Some((emitted, densities)) = world.lights.hit(&world.shapes, light, &at, wo, receiver) {
-                if let Some(feature) = &mut seeing {
-                    feature.see(beta * emitted, at.ns, wo);
+                if seeing {
+                    feature.see(beta * emitted * color_scale(world, start, medium), at.ns, wo);
                 }
                 let weight = sampled.map_or(1.0, |(pdf, p)| {
                     let to_area = at.ng.dot(wo).abs() as f64 / (at.p - p).as_dvec3().length_squared();
                     let pdf_a = pdf as f64 * to_area;
                     pdf_a / (pdf_a + densities.direct)
                 });
-                radiance += beta * emitted * weight as f32 * share(caustic);
+                out.add(beta * emitted * weight as f32 * share(caustic), seen);
             }
-        }
-        if depth == tracer.max_depth {
-            break;
         }
         let mut place = None;
         let bsdf = tracer.bsdf(&at, &mut place);
-        if let Some(feature) = &mut seeing
-            && bsdf.connectable()
-        {
-            feature.see(beta * bsdf.albedo(), at.ns, wo);
-            out.feature = seeing.take();
+        if seeing && bsdf.connectable() {
+            feature.see(beta * bsdf.albedo() * color_scale(world, start, medium), at.ns, wo);
+            seeing = false;
+        }
+        if depth == tracer.max_depth {
+            break;
         }
         if bsdf.connectable() && world.requirements.lights {
             let (u_light, u) = (connect_numbers.next_1d(), connect_numbers.next_2d());
@@ -114,7 +114,7 @@ pub fn sample(
                         }
                         let d = &light.densities;
                         let hit_density = if d.hittable { scattering.pdf as f64 * to_light } else { 0.0 };
-                        radiance += value * (d.direct / (d.direct + hit_density)) as f32 * share(caustic);
+                        out.add(value * (d.direct / (d.direct + hit_density)) as f32 * share(caustic), true);
                     }
                 }
             }
@@ -147,6 +147,5 @@ pub fn sample(
         }
         ray = Ray::leaving(&at, next.wi);
     }
-    out.radiance = radiance;
-    out.feature = seeing.or(out.feature);
+    out.feature = out.feature.map(|_| feature);
 }

@@ -17,7 +17,7 @@ pub struct Film {
     camera: Vec<DVec3>,
     light: Vec<DVec3>,
     /// Albedo and normal, if asked for: sums, and room for their averages.
-    features: Option<[[Vec<Vec3>; 2]; 2]>,
+    features: Option<[(Vec<DVec3>, Vec<Vec3>); 2]>,
     /// Room for the image: when the render is over it must not be lacking. Not touched before, it takes addresses only.
     room: Vec<Vec3>,
     /// Sum of luminance when the number of passes was last a power of two, and that number: what has come since differs
@@ -52,17 +52,17 @@ impl Film {
         film.camera.resize(n, DVec3::ZERO);
         film.light.resize(n, DVec3::ZERO);
         film.before.resize(n, 0.0);
-        for [sums, room] in film.features.iter_mut().flatten() {
+        for (sums, room) in film.features.iter_mut().flatten() {
             sums.try_reserve_exact(n).map_err(out_of_memory)?;
             room.try_reserve_exact(n).map_err(out_of_memory)?;
-            sums.resize(n, Vec3::ZERO);
+            sums.resize(n, DVec3::ZERO);
         }
         Ok(film)
     }
 
     /// Bytes held.
     pub fn bytes(&self) -> u64 {
-        let features = if self.features.is_some() { 4 * size_of::<Vec3>() } else { 0 };
+        let features = if self.features.is_some() { 2 * (size_of::<DVec3>() + size_of::<Vec3>()) } else { 0 };
         (self.camera.len() * (2 * size_of::<DVec3>() + size_of::<f32>() + size_of::<Vec3>() + features)) as u64
     }
 
@@ -74,9 +74,9 @@ impl Film {
 
     /// Adds what a sample sees, where that is asked for.
     pub fn add_feature(&mut self, pixel: u32, feature: &Feature) {
-        if let Some([[albedo, _], [normal, _]]) = &mut self.features {
-            albedo[pixel as usize] += feature.albedo;
-            normal[pixel as usize] += feature.normal;
+        if let Some([(albedo, _), (normal, _)]) = &mut self.features {
+            albedo[pixel as usize] += feature.albedo.as_dvec3();
+            normal[pixel as usize] += feature.normal.as_dvec3();
         }
     }
 
@@ -84,6 +84,14 @@ impl Film {
     #[inline]
     pub fn add_light(&mut self, pixel: u32, value: Rgb) {
         self.light[pixel as usize] += value.as_dvec3();
+    }
+
+    /// Luminance of this, over that of the sums and this.
+    pub fn share_of(&self, more: DVec3) -> f32 {
+        let luminance = |c: DVec3| f64::from(luminance(c.as_vec3()));
+        let kept: f64 = self.camera.iter().zip(&self.light).map(|(c, l)| luminance(*c + *l)).sum();
+        let more = luminance(more);
+        if more > 0.0 { (more / (kept + more)) as f32 } else { 0.0 }
     }
 
     /// The average over the passes, in the room kept for it: once.
@@ -94,7 +102,7 @@ impl Film {
 
     /// Those of albedo and normal, likewise.
     pub fn last_features(&mut self) -> Option<[Image; 2]> {
-        let rooms = self.features.as_mut().map(|planes| planes.each_mut().map(|[_, room]| std::mem::take(room)));
+        let rooms = self.features.as_mut().map(|planes| planes.each_mut().map(|(_, room)| std::mem::take(room)));
         let [albedo, normal] = rooms?;
         Some([self.feature_image(0, albedo)?, self.feature_image(1, normal)?])
     }
@@ -109,14 +117,14 @@ impl Film {
             Plane::Albedo => self.feature_image(0, pixels),
             Plane::Normal => self.feature_image(1, pixels),
         };
-        let asked = || RenderError::setting("features", false, "they were expected by who asks for albedo or normal");
+        let asked = || RenderError::setting("features", false, "true was expected, for albedo and normal");
         feature.map_or_else(asked, Ok)
     }
 
     fn feature_image(&self, feature: usize, mut pixels: Vec<Vec3>) -> Option<Image> {
-        let [sums, _] = &self.features.as_ref()?[feature];
-        let scale = 1.0 / self.passes.max(1) as f32;
-        pixels.extend(sums.iter().map(|sum| *sum * scale));
+        let (sums, _) = &self.features.as_ref()?[feature];
+        let scale = 1.0 / f64::from(self.passes.max(1));
+        pixels.extend(sums.iter().map(|sum| (*sum * scale).as_vec3()));
         Some(Image { width: self.width, height: self.height, pixels })
     }
 

@@ -60,6 +60,9 @@ struct Sorter<'a> {
 impl Observer for Sorter<'_> {
     fn observe(&mut self, c: &Contribution) {
         let caustic = c.is_caustic();
+        if caustic {
+            self.caustics.cut += c.cut;
+        }
         if caustic && c.t == 1 {
             self.caustics.splats.push(Splat { pixel: c.pixel, value: c.weighted });
         } else if caustic {
@@ -140,7 +143,8 @@ pub fn render_shown(
         let _ends = passes.end_on_panic();
         let mut tracer = samples::tracer(world, &view, settings, &pilot);
         tracer.stop = Some(&cancel.0);
-        let mut sample = Sample::default();
+        let unlimited = Sample::default();
+        let mut sample = Sample { most: settings.clamp.unwrap_or(unlimited.most), ..unlimited };
         let stop = || cancel.is_cancelled();
         while let Some(mut tile) = passes.next_tile(&stop) {
             let before = tracer.rays;
@@ -149,7 +153,7 @@ pub fn render_shown(
                     passes.stop();
                     return;
                 }
-                sample.splats.clear();
+                sample.clear();
                 sample.feature = settings.features.then(Feature::default);
                 let (seed, pass) = (settings.seed, settings.first_sample + tile.pass);
                 if settings.integrator == Integrator::Path {
@@ -160,7 +164,7 @@ pub fn render_shown(
                     let mut sorter = Sorter { tile: &mut tile, pixel, per_technique, caustics_only, caustics };
                     samples::estimate(&mut tracer, &view, settings, pixel, pass, &mut sample, &mut sorter);
                     if settings.caustics_only {
-                        sample = Sample { feature: sample.feature, ..sorter.caustics };
+                        sample = Sample { feature: sample.feature, most: sample.most, ..sorter.caustics };
                     }
                 } else {
                     samples::estimate(&mut tracer, &view, settings, pixel, pass, &mut sample, &mut ());

@@ -48,6 +48,8 @@ pub struct Statistics {
     pub search: f32,
     /// On what that was decided; `None` where there was nothing to decide.
     pub search_forecast: Option<Forecast>,
+    /// Share of the light that [`super::Settings::clamp`] has taken.
+    pub clamped: f32,
     /// Samples whose value was NaN or infinite; dropped from the image.
     pub non_finite: u64,
     /// Pixel and sample of the first of them.

@@ -59,6 +59,8 @@ pub struct Tile {
     pub rays: RayCount,
     /// Manifold walks it took.
     pub walks: WalkCount,
+    /// What a limit took from its paths.
+    pub cut: DVec3,
     /// Values dropped because they were not finite.
     pub non_finite: u64,
     /// Pixel of the first of them.
@@ -83,6 +85,7 @@ impl Tile {
             techniques: Vec::new(),
             rays: RayCount::default(),
             walks: WalkCount::default(),
+            cut: DVec3::ZERO,
             non_finite: 0,
             first_non_finite: None,
             out_of_memory: false,
@@ -106,6 +109,9 @@ impl Tile {
         }
         self.splats.extend(sample.splats.iter().filter(|s| check(s.value).is_some()));
         self.camera.push(radiance);
+        if sample.cut.is_finite() {
+            self.cut += sample.cut.as_dvec3();
+        }
         if let Some(features) = &mut self.features {
             features.push(sample.feature.filter(|f| (f.albedo + f.normal).is_finite()).unwrap_or_default());
         }
@@ -143,6 +149,7 @@ struct State {
     out_of_memory: bool,
     rays: RayCount,
     walks: WalkCount,
+    cut: DVec3,
     non_finite: u64,
     first_non_finite: Option<(u32, u32)>,
 }
@@ -169,6 +176,7 @@ impl Passes {
                 out_of_memory: false,
                 rays: RayCount::default(),
                 walks: WalkCount::default(),
+                cut: DVec3::ZERO,
                 non_finite: 0,
                 first_non_finite: None,
             }),
@@ -327,6 +335,7 @@ impl Passes {
             shadow_rays: state.rays.shadow,
             walk_rays: state.rays.walk,
             walks: state.walks,
+            clamped: state.film.share_of(state.cut),
             non_finite: state.non_finite,
             first_non_finite: state.first_non_finite,
             film_bytes,
@@ -366,6 +375,7 @@ impl State {
         }
         self.rays = self.rays + tile.rays;
         self.walks += tile.walks;
+        self.cut += tile.cut;
         self.non_finite += tile.non_finite;
         if let (None, Some(pixel)) = (self.first_non_finite, tile.first_non_finite) {
             self.first_non_finite = Some((pixel, tile.pass));

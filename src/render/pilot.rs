@@ -176,7 +176,7 @@ impl<'v> Group<'v> {
             sample.splats.clear();
             let pixel = place(number * GROUP + i, pixels);
             // Samples of renders are counted up from 0 and hardly get there.
-            let (seed, pass, paths) = (settings.seed, u32::MAX - number, &mut group.paths);
+            let (seed, pass, paths) = (settings.seed, u32::MAX - (number * GROUP + i), &mut group.paths);
             for part in [0, 1] {
                 let before = Work::so_far(tracer);
                 match part {

@@ -61,6 +61,9 @@ pub struct Settings {
     pub caustic_options: CausticOptions,
     /// Leave out all paths but caustic ones, see [`crate::integrator::Contribution::is_caustic`].
     pub caustics_only: bool,
+    /// Most radiance that one path may add to a pixel, in its largest channel, unless the camera sees the light itself, by
+    /// mirrors or through smooth glass. Less noise for a bias, of which [`super::Statistics::clamped`] tells.
+    pub clamp: Option<f32>,
     /// Also keep what the samples see ([`crate::integrator::Feature`]), for denoisers. Not by light tracing.
     pub features: bool,
     /// Also keep images per technique (s, t).
@@ -85,6 +88,7 @@ impl Default for Settings {
             caustics: Caustics::Auto,
             caustic_options: CausticOptions::default(),
             caustics_only: false,
+            clamp: None,
             features: false,
             per_technique: false,
         }
@@ -109,12 +113,13 @@ impl Settings {
         };
         let only = if self.caustics_only { " caustics-only" } else { "" };
         let region = self.region.map_or(String::new(), |region| format!(" region={region}"));
+        let clamp = self.clamp.map_or(String::new(), |most| format!(" clamp={most}"));
         let first = if self.first_sample > 0 { format!(" first-sample={}", self.first_sample) } else { String::new() };
         let how = match self.caustic_options {
             options if options == CausticOptions::default() => String::new(),
             options => format!(" {options:?}"),
         };
-        format!("integrator={integrator} max-depth={}{only}{region}{first}{how}", self.max_depth)
+        format!("integrator={integrator} max-depth={}{only}{clamp}{region}{first}{how}", self.max_depth)
     }
 }
 
@@ -147,7 +152,7 @@ pub const LARGEST_DEPTH: u32 = 1024;
 /// Samples per pixel, from the first on, where nobody asked for a number, with these limits.
 pub fn samples_by_limits(time: bool, noise: bool, first_sample: u32) -> u32 {
     match (time, noise) {
-        (true, false) => u32::MAX - first_sample,
+        (true, false) => (u32::MAX - first_sample).max(1),
         (_, true) => MOST_BY_NOISE,
         (false, false) => Settings::default().samples,
     }
@@ -177,6 +182,9 @@ pub(crate) fn validate(world: &World, settings: &Settings) -> Result<(), RenderE
         let expected =
             format!("with {} samples at most {} was expected", settings.samples, u32::MAX - settings.samples);
         return RenderError::setting("first_sample", settings.first_sample, expected);
+    }
+    if let Some(most) = settings.clamp.filter(|most| !(*most > 0.0 && most.is_finite())) {
+        return RenderError::setting("clamp", most, "a finite radiance above 0 was expected");
     }
     if settings.features && settings.integrator == Integrator::Light {
         return RenderError::setting("features", true, "light tracing has none, false was expected");

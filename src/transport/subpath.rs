@@ -52,6 +52,8 @@ pub struct EmitterHit {
     pub light: LightVertex,
     /// Direction in which the light leaves it along the path.
     pub direction: Vec3,
+    /// Medium through which it comes there.
+    pub medium: MediumId,
     /// The macro-edge that leads to the light.
     pub edge: EdgeRecord,
     /// Closed at the light.
@@ -64,6 +66,8 @@ pub struct Tracer<'w> {
     pub world: &'w World,
     /// Longest full path, in segments.
     pub max_depth: u32,
+    /// Medium that the current sample's camera subpath begins in.
+    pub camera_medium: MediumId,
     /// Camera subpath of the current sample.
     pub camera_vertices: Vec<Vertex>,
     /// Light subpath of the current sample, without its first vertex.
@@ -147,6 +151,7 @@ impl<'w> Tracer<'w> {
         Tracer {
             world,
             max_depth,
+            camera_medium: MediumId::default(),
             camera_vertices: Vec::with_capacity(room),
             light_vertices: Vec::with_capacity(room),
             light_start: None,
@@ -223,6 +228,7 @@ impl<'w> Tracer<'w> {
         self.emitter_hits.clear();
         let (origin, direction) = camera.generate(raster);
         let medium = medium.unwrap_or_else(|| self.world.medium_at(origin));
+        self.camera_medium = medium;
         let mut edge = OpenEdge::new(Departure::Camera, origin, medium);
         edge.forward_is_area = true;
         let walk = Walk {
@@ -550,6 +556,7 @@ impl<'w> Tracer<'w> {
             vertices,
             light,
             direction,
+            medium: walk.medium,
             edge: record,
             partial,
         });

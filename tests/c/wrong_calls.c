@@ -623,7 +623,8 @@ static void render_calls(void) {
     WITH(desc.width, 0, INVALID, caustica_render(device, &desc, &render));
     WITH(desc.height, 0, INVALID, caustica_render_start(device, &desc, &render));
     WITH(desc.max_depth, UINT32_MAX, INVALID, caustica_render(device, &desc, &render));
-    WITH(desc.reserved, 1, INVALID, caustica_render(device, &desc, &render));
+    WITH(desc.clamp, NAN, INVALID, caustica_render(device, &desc, &render));
+    WITH(desc.clamp, -1, INVALID, caustica_render(device, &desc, &render));
     WITH(desc.features, 2, INVALID, caustica_render(device, &desc, &render));
     desc.features = 1;
     WITH(desc.integrator, CAUSTICA_INTEGRATOR_LIGHT, INVALID, caustica_render(device, &desc, &render));

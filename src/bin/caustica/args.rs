@@ -71,6 +71,10 @@ pub(crate) struct Render {
     /// part of that, and unweighted
     #[arg(long, value_name = "DIR")]
     pub(crate) strategies: Option<PathBuf>,
+    /// Most radiance that one path may add to a pixel, in its largest channel, unless the camera sees the light itself, by
+    /// mirrors or through smooth glass: less noise for a bias, which is told; caustics that are brighter get too dim
+    #[arg(long, value_name = "RADIANCE", value_parser = positive)]
+    pub(crate) clamp: Option<f64>,
     /// Also write albedo.exr and normal.exr into DIR, for denoisers: colour and direction of what is seen, through smooth
     /// glass and by mirrors
     #[arg(long, value_name = "DIR")]

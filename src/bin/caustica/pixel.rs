@@ -7,8 +7,8 @@ use caustica::camera::{Endpoint, Region};
 use caustica::integrator::{Contribution, Observer};
 use caustica::manifold::MAX_CHAIN;
 use caustica::math::Rgb;
+use caustica::render::Settings;
 use caustica::render::pixel::Probe;
-use caustica::render::{RenderError, Settings};
 use caustica::scatter::Bsdf;
 use caustica::scene::description::Description;
 use caustica::scene::{CommitOptions, World};
@@ -18,14 +18,13 @@ use glam::{DVec3, Vec3};
 
 pub(crate) fn run(args: &Pixel) -> Result<(), Failure> {
     args.picture.check_used(args.integrator);
-    let Some(last_sample) = args.picture.first_sample.checked_add(args.spp - 1) else {
-        let expected = "sample numbers below 2^32 were expected".to_owned();
-        let value = args.picture.first_sample.to_string();
-        return Err(RenderError::Setting { setting: "first sample", value, expected }.into());
-    };
     let commit = CommitOptions { backend: args.picture.backend(), threads: 0 };
     let (description, world) = scene::open(&args.scene, commit, Some(&args.picture), Console { quiet: false })?;
-    let settings = Settings { integrator: args.integrator.into(), ..args.picture.settings(&description.cameras)? };
+    let settings = Settings {
+        integrator: args.integrator.into(),
+        samples: args.spp,
+        ..args.picture.settings(&description.cameras)?
+    };
     let mut probe = Probe::new(&world, &settings)?;
     let kinds = (0..world.shapes.len() as u32).map(|shape| kind(probe.tracer().factors(shape))).collect();
     let mut paths = Paths {
@@ -38,7 +37,8 @@ pub(crate) fn run(args: &Pixel) -> Result<(), Failure> {
     };
 
     let (mut sum, mut left_out) = (DVec3::ZERO, 0);
-    for index in args.picture.first_sample..=last_sample {
+    // Their sum is below 2^32, or there were no probe.
+    for index in settings.first_sample..settings.first_sample + args.spp {
         paths.sample = index;
         let sample = probe.trace(args.x, args.y, index, &mut paths)?;
         if sample.radiance.is_finite() {

@@ -7,7 +7,7 @@ use crate::{Failure, INTERRUPTED, scene, units, walks};
 use caustica::io::image::{self, ImageIo, Metadata, WriteOptions};
 use caustica::math::luminance;
 use caustica::render::{
-    self, Cancel, Forecast, Image, Integrator, Output, Settings, Statistics, Technique, TechniqueImages,
+    self, Cancel, Forecast, Image, Integrator, Output, Region, Settings, Statistics, Technique, TechniqueImages,
     samples_by_limits,
 };
 use caustica::scene::CommitOptions;
@@ -26,6 +26,10 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         let conflict = "--strategies needs --integrator bdpt, mnee or light: a path tracer has no (s, t)";
         Cli::command().error(ErrorKind::ArgumentConflict, conflict).exit();
     }
+    if args.features.is_some() && integrator == Integrator::Light {
+        let conflict = "--features needs --integrator bdpt, mnee or path: light tracing sees nothing from the camera";
+        Cli::command().error(ErrorKind::ArgumentConflict, conflict).exit();
+    }
     args.picture.check_used(args.integrator);
     let console = Console { quiet: args.quiet };
     // What cannot be written is found out before hours of rendering.
@@ -41,6 +45,7 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         time_limit: args.time.map(Duration::from_secs_f64),
         noise_limit: args.noise.map(|noise| noise as f32),
         threads: args.threads,
+        clamp: args.clamp.map(|most| most as f32),
         features: args.features.is_some(),
         per_technique: args.strategies.is_some(),
         caustics_only: args.caustics_only,
@@ -60,7 +65,7 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     if output.cancelled && output.statistics.samples == 0 {
         return Err(Interrupted { samples: 0 }.into());
     }
-    report(&output, noise, console);
+    report(&output, settings.region(), noise, console);
 
     // What one file refuses must not cost the others.
     let metadata =
@@ -156,7 +161,7 @@ fn technique_file((s, t): Technique, suffix: &str) -> String {
     format!("s{s:02}_t{t:02}{suffix}.exr")
 }
 
-fn report(output: &Output, noise: Option<String>, console: Console) {
+fn report(output: &Output, region: Region, noise: Option<String>, console: Console) {
     let s = &output.statistics;
     let rate = progress::spaced(units::si(s.rays() as f64 / s.render_seconds.max(1e-9)));
     let mut line = format!(
@@ -177,8 +182,14 @@ fn report(output: &Output, noise: Option<String>, console: Console) {
         units::bytes(s.film_bytes)
     ));
     walks(s, console);
+    if s.clamped > 0.0 {
+        console.note(&format!("clamped: {:.2} % of the light is left out", 100.0 * s.clamped));
+    }
     if s.non_finite > 0 {
-        let at = s.first_non_finite.map_or(String::new(), |(p, n)| format!("; the first in pixel {p}, sample {n}"));
+        let at = s.first_non_finite.map_or(String::new(), |(p, n)| {
+            let (x, y) = (region.x + p % region.width, region.y + p / region.width);
+            format!("; the first in pixel ({x}, {y}), sample {n}")
+        });
         let what = units::count(s.non_finite as usize, "sample was", "samples were");
         console.warn(&format!("{what} NaN or infinite and left out{at}"));
     }

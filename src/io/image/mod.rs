@@ -158,7 +158,7 @@ pub fn write(path: &Path, image: &Image, metadata: &Metadata, options: &WriteOpt
 /// Reads an image of a known extension. Integer samples are taken as sRGB and decoded, float samples
 /// as linear. Channels beside R, G, B are left out; a single grey channel becomes all three. Of an
 /// EXR file: the first part that has R, G, B or Y, its data window, its full resolution; of the compressions DWA and B44, by
-/// OpenImageIO, the first part alone.
+/// OpenImageIO, where that is the only part.
 pub fn read(path: &Path) -> Result<Image, ImageError> {
     let (format, bytes) = load(path)?;
     decode(format, &bytes).map_err(|failure| failure.at(path))
@@ -171,27 +171,28 @@ fn load(path: &Path) -> Result<(Format, Vec<u8>), ImageError> {
 }
 
 fn decode(format: Format, bytes: &[u8]) -> Result<Image, Failure> {
-    match decode_stored(format, bytes, usize::MAX)? {
-        Decoded::Linear(image) => Ok(image),
-        Decoded::Stored(stored) => {
+    match decode_any(format, bytes, usize::MAX)? {
+        Read::Linear(image) => Ok(image),
+        Read::Stored(stored) => {
             let pixels = stored.linear(Encoding::Srgb)?;
             Ok(Image { width: stored.width, height: stored.height, pixels })
         }
     }
 }
 
-enum Decoded {
+/// What was in a file.
+enum Read {
     /// Of an EXR file.
     Linear(Image),
     /// By OpenImageIO.
     Stored(Stored),
 }
 
-/// At most `most` pixels by OpenImageIO.
-fn decode_stored(format: Format, bytes: &[u8], most: usize) -> Result<Decoded, Failure> {
+/// By OpenImageIO, of at most so many pixels.
+fn decode_any(format: Format, bytes: &[u8], most: usize) -> Result<Read, Failure> {
     let left = if format == Format::Exr { openexr::left_to_openimageio(bytes)? } else { None };
     if format == Format::Exr && left.is_none() {
-        return openexr::decode(bytes).map(Decoded::Linear);
+        return openexr::decode(bytes).map(Read::Linear);
     }
     let stored = oiio::decode(format, bytes, most).map_err(|failure| match (failure, left) {
         (Failure::Module(reason), Some(compression)) => {
@@ -199,7 +200,7 @@ fn decode_stored(format: Format, bytes: &[u8], most: usize) -> Result<Decoded, F
         }
         (failure, _) => failure,
     })?;
-    Ok(Decoded::Stored(stored))
+    Ok(Read::Stored(stored))
 }
 
 /// An image as its file has it.

@@ -97,9 +97,8 @@ fn sort_attributes(file: &mut [u8]) -> Option<()> {
 /// The image in the bytes of a file; see [`super::read`].
 pub(super) fn decode(file: &[u8]) -> Result<Image, Failure> {
     let reader = exr::block::read(Cursor::new(file), false).map_err(codec)?;
-    if let Some(compression) = unsafe_compression(reader.headers()) {
-        let reason =
-            "are read where their first part is the picture; 'oiiotool IN --compression zip -o OUT' converts them";
+    if let Some(compression) = reader.headers().iter().find_map(unsafe_compression) {
+        let reason = "are read where all of the picture is in their first part; 'oiiotool IN --compression zip -o OUT' converts others";
         return Err(Failure::Unsupported(format!("EXR files of compression {compression} {reason}")));
     }
     let (part, targets) = reader
@@ -159,19 +158,25 @@ pub(super) fn decode(file: &[u8]) -> Result<Image, Failure> {
     Ok(Image { width: width as u32, height: height as u32, pixels })
 }
 
-/// The compression of a file whose first part is the image, if that is left to OpenImageIO.
+/// The compression of a file whose only part is the image, if that is left to OpenImageIO, which takes the first three
+/// channels, or one if there are no three, and integers for sRGB.
 pub(super) fn left_to_openimageio(file: &[u8]) -> Result<Option<Compression>, Failure> {
     let reader = exr::block::read(Cursor::new(file), false).map_err(codec)?;
-    let first = reader.headers().first().filter(|header| targets(header).is_some() && is_flat(header));
-    Ok(first.and_then(|_| unsafe_compression(reader.headers())))
+    let [header] = reader.headers() else { return Ok(None) };
+    let channels = &header.channels.list;
+    let has = |name: &str| channels.iter().any(|channel| channel.name.eq(name));
+    let same = targets(header).is_some() && (has("R") || channels.len() < 3);
+    let real = channels.iter().all(|channel| channel.sample_type != SampleType::U32);
+    plausible_pixels(header.layer_size.width(), header.layer_size.height(), file.len())?;
+    Ok(unsafe_compression(header).filter(|_| same && real && is_flat(header)))
 }
 
 /// Damaged files make the decoder of B44 panic, and that of DWA take so much memory that the process
 /// aborts (exr 1.74.2; found by 30 000 mutated files, through which the others came unharmed).
-fn unsafe_compression(headers: &[Header]) -> Option<Compression> {
+fn unsafe_compression(header: &Header) -> Option<Compression> {
     use Compression::{PIZ, PXR24, RLE, Uncompressed, ZIP1, ZIP16};
-    let is_safe = |c: &Compression| matches!(c, Uncompressed | RLE | ZIP1 | ZIP16 | PIZ | PXR24);
-    headers.iter().map(|header| header.compression).find(|compression| !is_safe(compression))
+    let is_safe = matches!(header.compression, Uncompressed | RLE | ZIP1 | ZIP16 | PIZ | PXR24);
+    (!is_safe).then_some(header.compression)
 }
 
 fn is_flat(header: &Header) -> bool {

@@ -1,7 +1,7 @@
 //! Images on surfaces.
 
 use super::error::Failure;
-use super::{Decoded, Format, ImageError, StoredSamples, decode_stored, load};
+use super::{Format, ImageError, Read, StoredSamples, decode_any, load};
 use crate::math::Rgb;
 use crate::scene::description::{Encoding, MOST_SIDE, Texture};
 use std::path::Path;
@@ -26,9 +26,9 @@ pub fn decode_texture(bytes: &[u8], encoding: Encoding, most: usize, name: &str)
 }
 
 fn texture(format: Format, bytes: &[u8], encoding: Encoding, most: usize) -> Result<Texture, Failure> {
-    let stored = match decode_stored(format, bytes, most)? {
-        Decoded::Linear(image) => return floats(image.width, image.height, image.pixels),
-        Decoded::Stored(stored) => stored,
+    let stored = match decode_any(format, bytes, most)? {
+        Read::Linear(image) => return floats(image.width, image.height, image.pixels),
+        Read::Stored(stored) => stored,
     };
     match &stored.samples {
         StoredSamples::Bytes(samples) => {
