@@ -191,9 +191,29 @@ mutation("progress: due at once after the first call", "src/render/job.rs",
 mutation("commit: shapes of before, whatever there is now", "src/scene/world.rs",
          "world.shapes_hash == hash.shapes && ", "", ("job", "a_commit_shares"))
 
+# What one path may add.
+mutation("limit: what is left out is not told", "src/integrator/mod.rs",
+         "[kept, light - kept]", "[kept, Rgb::ZERO]", ("job", "clamped_light"))
+mutation("limit: lamps that the camera sees are cut, BDPT", "src/integrator/bdpt.rs",
+         "hit.weight as f32, hit.vertices > 0)", "hit.weight as f32, true)", ("job", "clamped_light"))
+mutation("limit: lamps that the camera sees are cut, path tracer", "src/integrator/path.rs",
+         "to_area;\n                    pdf_a / (pdf_a + densities.direct)\n                });\n                out.add(beta * emitted * weight as f32 * share(caustic), seen);",
+         "to_area;\n                    pdf_a / (pdf_a + densities.direct)\n                });\n                out.add(beta * emitted * weight as f32 * share(caustic), true);",
+         ("job", "clamped_light"))
+mutation("limit: images per technique without it", "src/integrator/mod.rs",
+         "Contribution { weighted, cut, ..self }", "Contribution { cut, weighted: weighted + cut, ..self }",
+         ("job", "clamped_light"))
+mutation("limit: caustics alone, told of all", "src/render/job.rs",
+         "        if caustic {\n            self.caustics.cut += c.cut;", "        {\n            self.caustics.cut += c.cut;",
+         ("job", "clamped_light"))
+
 # Features.
+mutation("features: colour as radiance in a medium", "src/integrator/feature.rs",
+         "(end / start).powi(2)", "(end / start).powi(0)", ("features", "in_water"))
+mutation("features: past what is in part a mirror", "src/integrator/feature.rs",
+         " && hit.segments <= until", "", ("features", "see_the_same"))
 mutation("features: what glass shows without its colour", "src/integrator/feature.rs",
-         "feature.see(vertex.beta * albedo,", "feature.see(albedo,", ("features", "behind_a_pane"))
+         "feature.see(vertex.beta * albedo * ", "feature.see(albedo * ", ("features", "behind_a_pane"))
 mutation("features: normals of the surface's own side", "src/integrator/feature.rs",
          "if normal.dot(wo) < 0.0 { -normal }", "if normal.dot(wo) < -2.0 { -normal }", ("features", "its_side"))
 mutation("features: lamps are not seen", "src/integrator/feature.rs",
