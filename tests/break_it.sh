@@ -217,7 +217,7 @@ mutation("features: what glass shows without its colour", "src/integrator/featur
 mutation("features: normals of the surface's own side", "src/integrator/feature.rs",
          "if normal.dot(wo) < 0.0 { -normal }", "if normal.dot(wo) < -2.0 { -normal }", ("features", "its_side"))
 mutation("features: lamps are not seen", "src/integrator/feature.rs",
-         "filter(|hit| hit.vertices == 0)", "filter(|hit| hit.vertices == 9)", ("features", "its_side"))
+         "hit.vertices == 0 && ", "hit.vertices == 9 && ", ("features", "its_side"))
 mutation("features: a lobe's colour without its share", "src/scatter/mixture.rs",
          "e.lobe.color() * e.share", "e.lobe.color()", ("features", "its_side"))
 
