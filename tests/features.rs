@@ -127,7 +127,8 @@ fn room() -> Builder {
     b.quad(Vec3::new(-0.3, 2.0, -0.3), Vec3::X * 0.6, Vec3::Z * 0.6, lamp);
     b.0.environment = Rgb::splat(0.1).into();
     // Under the lamp, in part a mirror.
-    let polished = MetallicRoughness { base_color: COLOR, roughness: 0.0, ..MetallicRoughness::default() };
+    let polished =
+        MetallicRoughness { base_color: COLOR, metallic: 0.0, roughness: 0.0, ..MetallicRoughness::default() };
     let polished = b.material(Scattering::MetallicRoughness(polished));
     b.quad(Vec3::new(-0.5, 1.2, 0.5), Vec3::Z * 1.0, Vec3::X * 1.0, polished);
     b.perspective([0.0, 1.5, 4.0], [0.0, 0.8, 0.0], 0.8);
