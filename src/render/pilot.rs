@@ -17,6 +17,7 @@ use crate::transport::aim::{self, Aimed, CLASSES, departures};
 use crate::transport::experience::{Experience, Trial};
 use crate::transport::options::{AIM, Check, GeometryTerm, LAMP_SEARCH, MOST_SEEDS};
 use crate::transport::roulette::{self, Roulette};
+use std::ops::Range;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -29,11 +30,17 @@ const TYPICAL: usize = 10;
 const GROUP: u32 = 256;
 
 /// Caustic connections pay if they save so many times as much of the caustics' variance as they add to the work; of all
-/// groups, since a small caustic is in a few of them. Measured (variance saved over work added with four seeds; error of the
-/// caustics at equal time, without them over with): figure4a 0.1 to 0.2, 0.5; water_glass 0.5, 0.7; lumpy 0.1 to 0.8, 0.5; sky
-/// 1.4 to 5.5, 3.1, and with a sun of half a degree 2.2 to 20, 6.7; demo 1.7 to 2.9, 1.2 to 1.4; frosted 3.1 to 5.2, 3.4; eye 10
-/// to 11, 3.8; the others 4 to 17.
+/// groups, since a small caustic is in a few of them. Measured (variance saved over work added with twelve seeds; error of
+/// the caustics at equal time, without them over with): figure4a 0.1 to 0.3, 0.5; water_glass 0.4 to 0.6, 0.7; lumpy 0.0 to
+/// 0.6, 0.5; sky 0.8 to 10, above 1 with ten of the seeds, 3.1, and with a sun of half a degree 2.2 to 20 (four seeds), 6.7;
+/// demo 1.7 to 3.2, 1.2 to 1.4; frosted 2.6 to 5.6, 3.4; eye 10 to 11 (four), 3.8; the others 4 to 17.
 const CONNECTIONS_WORTH: f64 = 1.0;
+
+/// Unless they save so many times that or more, or as much less, so many times as many samples decide, which takes 0.1
+/// seconds of one thread more on sky, demo and frosted. With as many as for all else, connections were left out of sky with
+/// five of twelve seeds; with eight times as many, with two, as with these.
+const CLEAR: f64 = 5.0;
+const LONG: u32 = 4;
 
 /// Aim pays from a place if it saves so many times what it adds: light that is aimed from one place has the less to gain
 /// from aim at the next, and aim makes the rest of the picture slower. Measured, of all places together (as above):
@@ -199,17 +206,18 @@ impl<'v> Group<'v> {
 }
 
 impl Samples {
-    /// Draws them, if nobody cancels. They do not depend on the number of threads.
+    /// Draws so many groups of them, from that one on, if nobody cancels. They do not depend on the number of threads.
     fn draw(
         world: &World,
         view: &View,
         settings: &Settings,
         pilot: &Pilot,
         host: &Host,
+        numbers: Range<u32>,
     ) -> Result<Option<Samples>, RenderError> {
         let threshold = threshold(settings);
-        let groups: Vec<OnceLock<Group>> = (0..GROUPS).map(|_| OnceLock::new()).collect();
-        let next = AtomicU32::new(0);
+        let groups: Vec<OnceLock<Group>> = numbers.clone().map(|_| OnceLock::new()).collect();
+        let next = AtomicU32::new(numbers.start);
         let threads = pool::thread_count(settings.threads).min(groups.len());
         pool::broadcast(threads, |_| {
             let mut tracer = samples::tracer(world, view, settings, pilot);
@@ -217,7 +225,7 @@ impl Samples {
             tracer.trials = threshold.map(|_| Vec::new());
             loop {
                 let number = next.fetch_add(1, Ordering::Relaxed);
-                let Some(slot) = groups.get(number as usize) else { return };
+                let Some(slot) = groups.get((number - numbers.start) as usize) else { return };
                 let Some(group) = Group::draw(number, &mut tracer, view, settings, host.cancel) else { return };
                 // Each number is handed out once.
                 let _ = slot.set(group);
@@ -279,7 +287,7 @@ impl Samples {
     /// What caustic connections save of the caustics' variance, and what they add to the work.
     fn connections(&self) -> (f64, f64) {
         let walks = self.walks();
-        (self.saved_in(self.moments.len(), |m| m.unconnected), walks / (self.work(1.0) - walks).max(1.0))
+        (saved_by_connections(&[self]), walks / (self.work(1.0) - walks).max(1.0))
     }
 
     /// By class of places, whether aim pays from there, if all of it adds so much to the work, or takes it away.
@@ -316,6 +324,13 @@ impl Samples {
         }
         best
     }
+}
+
+/// What caustic connections save, in all groups of these.
+fn saved_by_connections(samples: &[&Samples]) -> f64 {
+    let moments = samples.iter().flat_map(|s| &s.moments);
+    let [more, all] = moments.fold([0.0; 2], |sum, m| [sum[0] + m.unconnected, sum[1] + m.all]);
+    more / all.max(f64::MIN_POSITIVE)
 }
 
 fn forecast(saved: f64, added: f64) -> Forecast {
@@ -391,7 +406,8 @@ pub(super) fn look(world: &World, view: &View, settings: &Settings, host: &Host)
     if !connects || !(decides_any || threshold(settings).is_some()) {
         return Ok(pilot);
     }
-    let draw = |pilot: &Pilot| Samples::draw(world, view, settings, pilot, host);
+    let draw_groups = |pilot: &Pilot, numbers| Samples::draw(world, view, settings, pilot, host, numbers);
+    let draw = |pilot: &Pilot| draw_groups(pilot, 0..GROUPS);
     let Some(mut samples) = draw(&pilot)? else { return Ok(pilot) };
     if decides_aim {
         let Some(others) = draw(&plain)? else { return Ok(pilot) };
@@ -413,7 +429,11 @@ pub(super) fn look(world: &World, view: &View, settings: &Settings, host: &Host)
         }
     }
     if decides {
-        let (saved, added) = samples.connections();
+        let (mut saved, added) = samples.connections();
+        if saved > added * CONNECTIONS_WORTH / CLEAR && saved < added * CONNECTIONS_WORTH * CLEAR {
+            let Some(more) = draw_groups(&pilot, GROUPS..LONG * GROUPS)? else { return Ok(pilot) };
+            saved = saved_by_connections(&[&samples, &more]);
+        }
         pilot.connects = connections_pay((saved, added));
         pilot.forecast = Some(forecast(saved, added));
     }
