@@ -8,14 +8,12 @@ use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::validation::Checked;
 use gltf::json::{self, Index};
 
-const FLOAT: [ComponentType; 1] = [ComponentType::F32];
-
-/// Of positions and texture coordinates with `KHR_mesh_quantization`.
-const QUANTIZED: [ComponentType; 5] =
+/// Types of positions and texture coordinates with `KHR_mesh_quantization`.
+pub(super) const QUANTIZED: [ComponentType; 5] =
     [ComponentType::F32, ComponentType::I8, ComponentType::U8, ComponentType::I16, ComponentType::U16];
 
 /// Of normals with it.
-const SIGNED: [ComponentType; 3] = [ComponentType::F32, ComponentType::I8, ComponentType::I16];
+pub(super) const SIGNED: [ComponentType; 3] = [ComponentType::F32, ComponentType::I8, ComponentType::I16];
 
 /// An array in a buffer.
 pub(super) struct Accessor<'a> {
@@ -46,31 +44,20 @@ struct Sparse<'a> {
 }
 
 impl<'a> Accessor<'a> {
-    /// Opens an array of positions, the attribute `field` of `from`: floats, or integers by `KHR_mesh_quantization`.
-    pub(super) fn of_positions(
+    /// Opens an array of vectors, the attribute `field` of `from`: floats, or by `KHR_mesh_quantization` one of these types.
+    pub(super) fn of_vectors(
         document: &Document,
         buffers: &'a Buffers,
         index: Index<json::Accessor>,
         from: &Object,
         field: &str,
+        quantized: &[ComponentType],
     ) -> Result<Self, GltfError> {
-        let legal = if document.quantized() { &QUANTIZED[..] } else { &FLOAT };
+        let legal = if document.quantized() { quantized } else { &[ComponentType::F32] };
         Self::open(document, buffers, index, from, field, Type::Vec3, legal)
     }
 
-    /// The same of normals.
-    pub(super) fn of_normals(
-        document: &Document,
-        buffers: &'a Buffers,
-        index: Index<json::Accessor>,
-        from: &Object,
-        field: &str,
-    ) -> Result<Self, GltfError> {
-        let legal = if document.quantized() { &SIGNED[..] } else { &FLOAT };
-        Self::open(document, buffers, index, from, field, Type::Vec3, legal)
-    }
-
-    /// The same of texture coordinates; without the extension, integers are fractions of the largest one.
+    /// The same of texture coordinates; without the extension, integers of two types are fractions of the largest one.
     pub(super) fn of_coordinates(
         document: &Document,
         buffers: &'a Buffers,

@@ -1,6 +1,6 @@
 //! Triangles of one primitive (\[glTF\] 3.7.2, "Meshes").
 
-use super::accessor::Accessor;
+use super::accessor::{Accessor, QUANTIZED, SIGNED};
 use super::budget::{Budget, reserve};
 use super::buffer::Buffers;
 use super::document::Document;
@@ -59,10 +59,10 @@ pub(super) fn convert(
     }
 
     let name = field("attributes.POSITION");
-    let positions = Accessor::of_positions(document, buffers, positions, object, &name)?;
+    let positions = Accessor::of_vectors(document, buffers, positions, object, &name, &QUANTIZED)?;
     let normals = match attribute(Semantic::Normals) {
         Some(index) => {
-            let normals = Accessor::of_normals(document, buffers, index, object, &field("attributes.NORMAL"))?;
+            let normals = Accessor::of_vectors(document, buffers, index, object, &field("attributes.NORMAL"), &SIGNED)?;
             if normals.count != positions.count {
                 let expected = format!("its POSITION has {}", positions.count);
                 return Err(normals.object.invalid("count", normals.count, expected));
