@@ -575,7 +575,8 @@ typedef struct caustica_render_desc {
     caustica_region region; /* what of the width x height pixels is rendered, and is the image, of which EXR and TIFF files say
                                where it is; all 0: all of them. CAUSTICA_INTEGRATOR_PATH gives the bits of the whole; with
                                the others, light subpaths are as many as the region's samples, and forecasts are the
-                               region's: put together, parts have the right light and may differ in their noise */
+                               region's: put together, parts have the right light and may differ in their noise, and with
+                               `clamp` in what that takes */
     uint32_t features;      /* 1: what the samples see is kept for caustica_render_read, CAUSTICA_IMAGE_ALBEDO and _NORMAL; else
                                0. Not by CAUSTICA_INTEGRATOR_LIGHT */
     float clamp;            /* most radiance that one path may add to a pixel, in its largest channel, unless the camera sees

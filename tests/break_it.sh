@@ -195,11 +195,17 @@ mutation("commit: shapes of before, whatever there is now", "src/scene/world.rs"
 mutation("limit: what is left out is not told", "src/integrator/mod.rs",
          "[kept, light - kept]", "[kept, Rgb::ZERO]", ("job", "clamped_light"))
 mutation("limit: lamps that the camera sees are cut, BDPT", "src/integrator/bdpt.rs",
-         "hit.weight as f32, hit.vertices > 0)", "hit.weight as f32, true)", ("job", "clamped_light"))
+         "hit.weight as f32, hit.scattered)", "hit.weight as f32, true)", ("job", "clamped_light"))
 mutation("limit: lamps that the camera sees are cut, path tracer", "src/integrator/path.rs",
          "to_area;\n                    pdf_a / (pdf_a + densities.direct)\n                });\n                out.add(beta * emitted * weight as f32 * share(caustic), seen);",
          "to_area;\n                    pdf_a / (pdf_a + densities.direct)\n                });\n                out.add(beta * emitted * weight as f32 * share(caustic), true);",
          ("job", "clamped_light"))
+mutation("limit: lamps behind frosted glass are not cut", "src/transport/subpath.rs",
+         "sample.connectable || sample.microfacet.is_some();", "sample.connectable;", ("job", "lamps_that_are_seen"))
+mutation("limit: lamps behind all glass are cut", "src/transport/subpath.rs",
+         "sample.connectable || sample.microfacet.is_some();", "true;", ("job", "lamps_that_are_seen"))
+mutation("forecast: a longer look weighs less", "src/render/moments.rs",
+         "block[0] /= number)", "block[0] /= number.powi(0))", ("lib", "groups_weigh_the_same"))
 mutation("limit: images per technique without it", "src/integrator/mod.rs",
          "Contribution { weighted, cut, ..self }", "Contribution { cut, weighted: weighted + cut, ..self }",
          ("job", "clamped_light"))

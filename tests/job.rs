@@ -11,7 +11,7 @@ use caustica::render::{
     Cancel, Caustics, Image, Integrator, LEAST_PASSES, MOST_BY_NOISE, Plane, Progress, RenderError, Settings,
     TechniqueImages, render, render_shown,
 };
-use caustica::scene::description::{Geometry, LightKind, Projection};
+use caustica::scene::description::{Geometry, LightKind, Projection, Scattering};
 use caustica::scene::{CommitOptions, World};
 use common::{Builder, settings};
 use glam::{DVec3, Vec3};
@@ -251,6 +251,41 @@ fn clamped_light_and_what_is_left_out_are_all_light() {
         // The lamp that is seen, of radiance 10.
         let brightest = |image: &Image| image.pixels.iter().map(|p| p.max_element()).fold(0.0, f32::max);
         assert!(caustics_only || brightest(&near.image) >= 10.0);
+    }
+}
+
+/// Lamps in a mirror and behind smooth glass are seen like lamps before all; behind frosted glass, whether walks lead
+/// through it or not, chance finds them.
+#[test]
+fn lamps_that_are_seen_are_not_clamped() {
+    for frosted in [false, true] {
+        let mut b = Builder::default();
+        let lamp = b.lamp(10.0);
+        let glass = if frosted { b.walked_glass(1.5, 0.1) } else { b.glass(1.5, 0.0) };
+        let mirror =
+            b.material(Scattering::Conductor { reflectance: Rgb::ONE, roughness: if frosted { 0.1 } else { 0.0 } });
+        // One lamp behind a plate, to the left, and one behind the camera, in a mirror to the right.
+        b.quad(Vec3::new(-1.5, -1.0, -2.0), Vec3::X, Vec3::Y * 2.0, lamp);
+        b.cuboid(Vec3::new(-2.0, -2.0, -1.0), Vec3::new(-0.1, 2.0, -0.5), false, glass);
+        b.quad(Vec3::new(0.1, -1.0, -1.0), Vec3::X, Vec3::Y * 2.0, mirror);
+        b.quad(Vec3::new(-1.0, -2.0, 5.0), Vec3::Y * 4.0, Vec3::X * 4.0, lamp);
+        b.perspective([0.0, 0.0, 3.0], [0.0, 0.0, 0.0], 0.8);
+        let world = b.commit();
+        for (integrator, caustics) in
+            [(Integrator::Path, Caustics::Off), (Integrator::Bdpt, Caustics::Off), (Integrator::Bdpt, Caustics::On)]
+        {
+            // Three segments lead through the plate to the lamp.
+            let settings = Settings { caustics, max_depth: 3, ..settings(integrator, 24, 16, 1) };
+            let brightest = |clamp: f32| {
+                let clamp = Some(clamp);
+                let image = common::run(&world, &Settings { clamp, ..settings.clone() }).image;
+                image.pixels.iter().map(|p| p.max_element()).fold(0.0, f32::max)
+            };
+            let (all, near) = (brightest(1e9), brightest(1.0));
+            assert!(all > 4.0, "{integrator:?}, {caustics:?}: {all}");
+            // By next-event estimation and by a hit at most.
+            assert!(if frosted { near <= 2.0 } else { near == all }, "{integrator:?}, {caustics:?}: {near} of {all}");
+        }
     }
 }
 

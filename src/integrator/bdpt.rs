@@ -88,7 +88,7 @@ pub(crate) fn from_camera<O: Observer>(
 
     out.radiance = Rgb::ZERO;
     for hit in &tracer.emitter_hits {
-        let kept = out.add(hit.value * hit.weight as f32, hit.vertices > 0);
+        let kept = out.add(hit.value * hit.weight as f32, hit.scattered);
         let before = &tracer.camera_vertices[..hit.vertices];
         observer.observe(&Contribution::of_hit(hit, pixel, before).limited(kept));
     }

@@ -63,8 +63,11 @@ impl Sample {
     #[inline]
     fn limit(&self, light: Rgb) -> [Rgb; 2] {
         let largest = light.max_element();
-        let kept = if largest > self.most { light * (self.most / largest) } else { light };
-        [kept, light - kept]
+        if largest > self.most && light.is_finite() {
+            let kept = light * (self.most / largest);
+            return [kept, light - kept];
+        }
+        [light, Rgb::ZERO]
     }
 }
 

@@ -89,9 +89,12 @@ impl Film {
     /// Luminance of this, over that of the sums and this.
     pub fn share_of(&self, more: DVec3) -> f32 {
         let luminance = |c: DVec3| f64::from(luminance(c.as_vec3()));
+        if more == DVec3::ZERO {
+            return 0.0;
+        }
         let kept: f64 = self.camera.iter().zip(&self.light).map(|(c, l)| luminance(*c + *l)).sum();
         let more = luminance(more);
-        if more > 0.0 { (more / (kept + more)) as f32 } else { 0.0 }
+        (more / (kept + more)) as f32
     }
 
     /// The average over the passes, in the room kept for it: once.

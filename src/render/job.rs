@@ -143,8 +143,7 @@ pub fn render_shown(
         let _ends = passes.end_on_panic();
         let mut tracer = samples::tracer(world, &view, settings, &pilot);
         tracer.stop = Some(&cancel.0);
-        let unlimited = Sample::default();
-        let mut sample = Sample { most: settings.clamp.unwrap_or(unlimited.most), ..unlimited };
+        let mut sample = samples::empty(settings);
         let stop = || cancel.is_cancelled();
         while let Some(mut tile) = passes.next_tile(&stop) {
             let before = tracer.rays;

@@ -187,7 +187,8 @@ impl Paths<'_> {
     }
 }
 
-/// The moments of each group, relative to the radiance around, which all of them together tell.
+/// The moments of each group, relative to the radiance around, which all of them together tell: for groups of equal size,
+/// whatever their number.
 pub(super) fn relative<'g>(groups: impl Iterator<Item = &'g Paths<'g>> + Clone) -> Vec<Moments> {
     let Some(first) = groups.clone().next() else { return Vec::new() };
     let mut blocks = first.blocks.clone();
@@ -196,11 +197,13 @@ pub(super) fn relative<'g>(groups: impl Iterator<Item = &'g Paths<'g>> + Clone) 
             block[0] += more[0];
         }
     }
+    let number = groups.clone().count() as f64;
+    blocks.iter_mut().for_each(|block| block[0] /= number);
     let [light, pixels] = blocks.iter().fold([0.0; 2], |sum, b| [sum[0] + b[0], sum[1] + b[1]]);
     let group = |group: &Paths| {
         let mut all = Moments::default();
         for (m, [around, n]) in group.moments.iter().zip(&blocks) {
-            // The square of the radiance around, in units of what the samples add up to in a block of usual size.
+            // The square of the radiance around, in units of what a group's samples add up to in a block of usual size.
             let size = pixels / blocks.len() as f64;
             let square = (around / n * size).powi(2) + (FLOOR * light / pixels * size).powi(2);
             if square > 0.0 {
@@ -272,6 +275,11 @@ mod tests {
 
     /// One path in each pixel of a group, one of them brighter; by two techniques in turn, as their weights are equal.
     fn moments(width: u32, height: u32, brightest: f64, light: Light) -> Moments {
+        in_groups(1, width, height, brightest, light).remove(0)
+    }
+
+    /// Those of so many groups of the same.
+    fn in_groups(number: usize, width: u32, height: u32, brightest: f64, light: Light) -> Vec<Moments> {
         let camera = description::Camera {
             name: String::new(),
             transform: DAffine3::IDENTITY,
@@ -297,7 +305,15 @@ mod tests {
             };
             paths.add(pixel, &path, std::iter::once((3, path.plain)));
         }
-        relative(std::iter::once(&paths)).remove(0)
+        relative(std::iter::repeat_n(&paths, number))
+    }
+
+    #[test]
+    fn groups_weigh_the_same_whatever_their_number() {
+        let one = moments(64, 64, 9.0, Light::Caustic);
+        for group in in_groups(3, 64, 64, 9.0, Light::Caustic) {
+            assert!((group.all / one.all - 1.0).abs() < 1e-12, "{} instead of {}", group.all, one.all);
+        }
     }
 
     #[test]

@@ -102,14 +102,14 @@ impl Tile {
             self.first_non_finite.get_or_insert(pixel);
             None
         };
-        let radiance = check(sample.radiance).unwrap_or(Rgb::ZERO);
+        let radiance = check(sample.radiance);
         if self.splats.try_reserve(sample.splats.len()).is_err() {
             self.out_of_memory = true;
             return;
         }
         self.splats.extend(sample.splats.iter().filter(|s| check(s.value).is_some()));
-        self.camera.push(radiance);
-        if sample.cut.is_finite() {
+        self.camera.push(radiance.unwrap_or(Rgb::ZERO));
+        if radiance.is_some() {
             self.cut += sample.cut.as_dvec3();
         }
         if let Some(features) = &mut self.features {

@@ -31,14 +31,14 @@ const GROUP: u32 = 256;
 
 /// Caustic connections pay if they save so many times as much of the caustics' variance as they add to the work; of all
 /// groups, since a small caustic is in a few of them. Measured (variance saved over work added with twelve seeds; error of
-/// the caustics at equal time, without them over with): figure4a 0.1 to 0.3, 0.5; water_glass 0.4 to 0.6, 0.7; lumpy 0.0 to
-/// 0.6, 0.5; sky 0.8 to 10, above 1 with ten of the seeds, 3.1, and with a sun of half a degree 2.2 to 20 (four seeds), 6.7;
-/// demo 1.7 to 3.2, 1.2 to 1.4; frosted 2.6 to 5.6, 3.4; eye 10 to 11 (four), 3.8; the others 4 to 17.
+/// the caustics at equal time, without them over with): figure4a 0.1 to 0.2, 0.5; water_glass 0.4 to 0.6, 0.7; lumpy 0.0 to
+/// 0.7, 0.5; sky 0.6 to 10, above 1 with eleven of the seeds, 3.1, and with a sun of half a degree 2.2 to 20 (four seeds),
+/// 6.7; demo 1.5 to 4.2, 1.2 to 1.4; frosted 2.5 to 5.6, 3.4; eye 10 to 11 (four), 3.8; the others 4 to 17.
 const CONNECTIONS_WORTH: f64 = 1.0;
 
 /// Unless they save so many times that or more, or as much less, so many times as many samples decide, which takes 0.1
 /// seconds of one thread more on sky, demo and frosted. With as many as for all else, connections were left out of sky with
-/// five of twelve seeds; with eight times as many, with two, as with these.
+/// five of twelve seeds. Eight times as many are no better: two wrong decisions on sky, two on lumpy and one on demo.
 const CLEAR: f64 = 5.0;
 const LONG: u32 = 4;
 
@@ -215,7 +215,8 @@ impl Samples {
         host: &Host,
         numbers: Range<u32>,
     ) -> Result<Option<Samples>, RenderError> {
-        let threshold = threshold(settings);
+        // Roulette has learned from the first ones.
+        let threshold = threshold(settings).filter(|_| numbers.start == 0);
         let groups: Vec<OnceLock<Group>> = numbers.clone().map(|_| OnceLock::new()).collect();
         let next = AtomicU32::new(numbers.start);
         let threads = pool::thread_count(settings.threads).min(groups.len());

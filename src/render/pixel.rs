@@ -38,7 +38,7 @@ impl<'w> Probe<'w> {
             let expected = format!("the picture has {width}x{height} pixels, the first is ({left}, {top})");
             return RenderError::setting("pixel", format!("({x}, {y})"), expected);
         };
-        let mut sample = Sample::default();
+        let mut sample = samples::empty(&self.settings);
         samples::estimate(&mut self.tracer, &self.view, &self.settings, pixel, index, &mut sample, observer);
         Ok(sample)
     }

@@ -62,6 +62,12 @@ pub(super) fn tracer<'w>(world: &'w World, view: &View, settings: &Settings, pil
     tracer
 }
 
+/// An empty sample, with the limits of a request.
+pub(super) fn empty(settings: &Settings) -> Sample {
+    let sample = Sample::default();
+    Sample { most: settings.clamp.unwrap_or(sample.most), ..sample }
+}
+
 /// One sample of a technique-wise integrator.
 pub(super) fn estimate<O: Observer>(
     tracer: &mut Tracer,

@@ -52,6 +52,8 @@ pub struct EmitterHit {
     pub light: LightVertex,
     /// Direction in which the light leaves it along the path.
     pub direction: Vec3,
+    /// Whether more than mirrors and smooth glass is between the camera and it.
+    pub scattered: bool,
     /// Medium through which it comes there.
     pub medium: MediumId,
     /// The macro-edge that leads to the light.
@@ -142,6 +144,8 @@ pub(super) struct Walk<'c> {
     pub(super) roulette: Rgb,
     /// Density of what was drawn without any aim, over that with it.
     pub(super) plain: f64,
+    /// Whether it went on otherwise than by a mirror or through smooth glass.
+    pub(super) scattered: bool,
 }
 
 impl<'w> Tracer<'w> {
@@ -242,6 +246,7 @@ impl<'w> Tracer<'w> {
             events: 0,
             roulette: Rgb::ONE,
             plain: 1.0,
+            scattered: false,
         };
         self.walk(walk, edge, sampler);
     }
@@ -288,6 +293,7 @@ impl<'w> Tracer<'w> {
             events: 0,
             roulette: Rgb::ONE,
             plain: sample.plain,
+            scattered: false,
         };
         self.walk(walk, edge, sampler);
     }
@@ -397,6 +403,7 @@ impl<'w> Tracer<'w> {
             let Some((sample, plain)) = sample else { return };
             let wi = sample.wi;
             walk.beta *= sample.weight;
+            walk.scattered |= sample.connectable || sample.microfacet.is_some();
             // By what it would be without aim, or roulette would kill what was aimed.
             walk.roulette *= sample.weight / plain;
             walk.plain *= f64::from(plain);
@@ -556,6 +563,7 @@ impl<'w> Tracer<'w> {
             vertices,
             light,
             direction,
+            scattered: walk.scattered,
             medium: walk.medium,
             edge: record,
             partial,

@@ -12,7 +12,7 @@ use gltf::json::{self, Index};
 pub(super) const QUANTIZED: [ComponentType; 5] =
     [ComponentType::F32, ComponentType::I8, ComponentType::U8, ComponentType::I16, ComponentType::U16];
 
-/// Of normals with it.
+/// Of normals with it; that they are fractions is not demanded, their length has no say.
 pub(super) const SIGNED: [ComponentType; 3] = [ComponentType::F32, ComponentType::I8, ComponentType::I16];
 
 /// An array in a buffer.

@@ -98,7 +98,7 @@ fn sort_attributes(file: &mut [u8]) -> Option<()> {
 pub(super) fn decode(file: &[u8]) -> Result<Image, Failure> {
     let reader = exr::block::read(Cursor::new(file), false).map_err(codec)?;
     if let Some(compression) = reader.headers().iter().find_map(unsafe_compression) {
-        let reason = "are read where all of the picture is in their first part; 'oiiotool IN --compression zip -o OUT' converts others";
+        let reason = "are read where the picture is their only part, of R, G, B or of Y; 'oiiotool IN --compression zip -o OUT' converts others";
         return Err(Failure::Unsupported(format!("EXR files of compression {compression} {reason}")));
     }
     let (part, targets) = reader
@@ -165,7 +165,7 @@ pub(super) fn left_to_openimageio(file: &[u8]) -> Result<Option<Compression>, Fa
     let [header] = reader.headers() else { return Ok(None) };
     let channels = &header.channels.list;
     let has = |name: &str| channels.iter().any(|channel| channel.name.eq(name));
-    let same = targets(header).is_some() && (has("R") || channels.len() < 3);
+    let same = ["R", "G", "B"].into_iter().all(has) || has("Y") && channels.len() == 1 + usize::from(has("A"));
     let real = channels.iter().all(|channel| channel.sample_type != SampleType::U32);
     plausible_pixels(header.layer_size.width(), header.layer_size.height(), file.len())?;
     Ok(unsafe_compression(header).filter(|_| same && real && is_flat(header)))
