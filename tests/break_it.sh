@@ -434,7 +434,10 @@ mutation("forecast: rare connections count as often as they are rare", "src/rend
          "more(0.0).min(added * MOST_SELDOM)", "more(0.0)",
          ("options", "connections_are_made"))
 mutation("forecast: connections by typical groups alone", "src/render/pilot.rs",
-         "(self.saved_in(self.moments.len(), |m| m.unconnected), walks", "(self.saved(|m| m.unconnected), walks",
+         "let moments = samples.iter().flat_map(|s| &s.moments);",
+         "let mut moments: Vec<_> = samples.iter().flat_map(|s| &s.moments).collect();\n"
+         "    moments.sort_by(|a, b| a.unconnected.total_cmp(&b.unconnected));\n"
+         "    moments.truncate(moments.len() * TYPICAL / GROUPS as usize);\n    let moments = moments.into_iter();",
          ("options", "connections_are_made"))
 mutation("aim: at surfaces that transmit, too", "src/scatter/mod.rs",
          "lobe.connectable() && !lobe.transmits()", "lobe.connectable()", ("weights", "area_light"))
