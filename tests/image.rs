@@ -437,6 +437,10 @@ mod openimageio {
         metadata.set_window(Region { x: 604, ..region }, 640, 30);
         let error = write(&directory.path().join("f.exr"), &picture(), &metadata, &FLOAT).unwrap_err().to_string();
         assert!(error.contains("37x23+604+7 of 640x30"), "{error}");
+        // EXR has signed windows.
+        metadata.set_window(Region { x: 1 << 31, ..region }, u32::MAX, 30);
+        let error = write(&directory.path().join("f.exr"), &picture(), &metadata, &FLOAT).unwrap_err().to_string();
+        assert!(error.contains("37x23+2147483648+7 of 4294967295x30"), "{error}");
     }
 
     /// 255 * (1.055 x^(1/2.4) - 0.055): 0.5 -> 187.52, 0.18 -> 117.65, 0.25 -> 136.96; 255 * 12.92 * 0.001 = 3.29.

@@ -39,6 +39,7 @@ const CONNECTIONS_WORTH: f64 = 1.0;
 /// Unless they save so many times that or more, or as much less, so many times as many samples decide, which takes 0.1
 /// seconds of one thread more on sky, demo and frosted. With as many as for all else, connections were left out of sky with
 /// five of twelve seeds. Eight times as many are no better: two wrong decisions on sky, two on lumpy and one on demo.
+/// What is clear was not tuned.
 const CLEAR: f64 = 5.0;
 const LONG: u32 = 4;
 

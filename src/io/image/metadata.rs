@@ -141,7 +141,9 @@ impl Metadata {
     /// Refuses texts that a format would cut short, and a window that is not the image's.
     pub(super) fn check(&self, width: u32, height: u32) -> Result<(), Failure> {
         if let Some(Window { data, frame: [columns, rows] }) = self.window
-            && !((data.width, data.height) == (width, height) && data.is_within(columns, rows))
+            && !((data.width, data.height) == (width, height)
+                && data.is_within(columns, rows)
+                && columns.max(rows) <= i32::MAX as u32)
         {
             let reason = format!("an image of {width}x{height} is not {data} of {columns}x{rows}");
             return Err(Failure::Unsupported(reason));

@@ -39,7 +39,7 @@ where
     let Window { data, frame } = metadata.window(picture.width, picture.height);
     let mut attributes = LayerAttributes {
         software_name: Some(text(SOFTWARE)),
-        // At most 2^31, as sides of pictures are.
+        // In a frame whose sides fit, which `Metadata::check` demands.
         layer_position: Vec2(data.x as i32, data.y as i32),
         ..LayerAttributes::default()
     };
