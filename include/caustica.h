@@ -32,12 +32,10 @@
  * Memory out. Copied to the host's memory. There is nothing of the library's for the host to free.
  * No memory.  Meshes, images, acceleration structures and films that find none give CAUSTICA_ERROR_OUT_OF_MEMORY. Where a few
  *             kilobytes are missing, the process ends, as Rust programs do.
- * Threads.    Any thread may call any function. Calls on different objects run concurrently; to add to,
- *             remove from, load into, commit or release a scene, to set its environment or to ask for its
- *             cameras gives CAUSTICA_ERROR_BUSY while another thread does one of these. But a commit copies the
- *             scene first: while it builds, only another commit and the release of the scene are busy. Setting a
- *             mesh, texture, instance, light, camera or material never is: during the copy it may or may not be in the
- *             snapshot. A device must not be used any more when its release begins.
+ * Threads.    Any thread may call any function, and all run concurrently. Those that change the same scene wait for each
+ *             other, for moments. A commit copies the scene first, and what changes meanwhile may or may not be in the
+ *             snapshot; while it builds, another commit and the release of the scene give CAUSTICA_ERROR_BUSY. A device
+ *             must not be used any more when its release begins.
  *             A calling thread needs 256 kB of stack. The threads of a render have the signal mask of the one
  *             that starts it.
  * Callbacks.  Never called with a lock held that another call waits for, and not after the release of what they were given to.
@@ -163,8 +161,8 @@ enum {
 enum { CAUSTICA_SEVERITY_INFO = 1, CAUSTICA_SEVERITY_WARNING = 2, CAUSTICA_SEVERITY_ERROR = 3 };
 
 /* Receives what renders of a scene cannot find (info), warnings, and every error that a call or a render on the
- * device ends with, but not CAUSTICA_ERROR_BUSY nor that a render still runs or has no image yet: a host may try these
- * as often as it likes. What a commit says is not said again by the next of the same scene. Called on the thread of
+ * device ends with, but for calls inside of this callback, CAUSTICA_ERROR_BUSY and that a render still runs or has no image yet, which a host
+ * may try as often as it likes. What a commit says is not said again by the next of the same scene. Called on the thread of
  * that call, or on the render's thread: possibly on several at once. `detail` is valid during the call. */
 typedef void (*caustica_message_callback)(void* user, uint32_t severity, const caustica_detail* detail);
 
@@ -187,8 +185,8 @@ caustica_result caustica_device_release(caustica_device* device);
 
 /* ---- Meshes --------------------------------------------------------------------------------- */
 
-/* Triangles, counter-clockwise seen from the front. An array is NULL if and only if its count is 0;
- * normals may be NULL for flat shading. */
+/* Triangles, counter-clockwise seen from the front. An array may be NULL if its count is 0, and is not read
+ * then; normals may be NULL for flat shading. */
 typedef struct caustica_mesh_desc {
     uint32_t struct_size;
     uint32_t reserved;
@@ -377,6 +375,9 @@ caustica_result caustica_instance_set_transform(caustica_device* device, caustic
 caustica_result caustica_instance_set_material(caustica_device* device, caustica_instance instance,
                                                caustica_material material);
 
+/* 0: from the next commit on it is as if it were not there; 1: it is there again. */
+caustica_result caustica_instance_set_visible(caustica_device* device, caustica_instance instance, uint32_t visible);
+
 /* Takes it out of its scene; the handle ends. */
 caustica_result caustica_instance_remove(caustica_device* device, caustica_instance instance);
 
@@ -390,7 +391,8 @@ typedef struct caustica_commit_report {
     double radius;           /* of that sphere; without any, 1 */
 } caustica_commit_report;
 
-/* Checks the scene, builds, and makes the snapshot that later renders use. It is here that the values of
+/* Checks the scene, builds, and makes the snapshot that later renders use; an empty scene, too. An instance that its
+ * transform scales to nothing is left out, with a warning. It is here that the values of
  * meshes, materials, instances, lights and cameras are checked. On an error the last snapshot stays, and
  * the details name object, field, index and value. `report` may be NULL. Where meshes and instances are as
  * they were and where they were, geometry is not built again: a change of cameras, lights and materials commits
@@ -455,7 +457,7 @@ caustica_result caustica_scene_camera_count(caustica_device* device, caustica_sc
 caustica_result caustica_scene_camera(caustica_device* device, caustica_scene scene, uint64_t index,
                                       caustica_camera* camera);
 
-/* Replaces all values. */
+/* Replaces all values, the name unless it is NULL or empty. */
 caustica_result caustica_camera_set(caustica_device* device, caustica_camera camera, const caustica_camera_desc* desc);
 
 /* Its values, as they are since the last change, committed or not; of a loaded file's, too. `name` becomes NULL. */
@@ -480,7 +482,7 @@ enum {
     CAUSTICA_STATE_RUNNING = 1,
     CAUSTICA_STATE_DONE = 2,
     CAUSTICA_STATE_CANCELLED = 3, /* the passes that were whole make the image */
-    CAUSTICA_STATE_FAILED = 4     /* no image */
+    CAUSTICA_STATE_FAILED = 4     /* no result; caustica_render_read still gives the passes that were whole */
 };
 
 typedef struct caustica_progress {
@@ -585,7 +587,8 @@ typedef struct caustica_render_desc {
 } caustica_render_desc;
 
 /* Renders, and returns when it is over: CAUSTICA_OK, or CAUSTICA_CANCELLED when the callback asked for
- * it. In both cases `render` is written, holds the image and is to be released. */
+ * it. In both cases `render` is written and is to be released; it holds the image, unless it was cancelled before the
+ * first pass. */
 caustica_result caustica_render(caustica_device* device, const caustica_render_desc* desc, caustica_render_job* render);
 
 /* Viewports: an image is shown soonest if a small one, of a few thousand pixels, comes before the whole, by

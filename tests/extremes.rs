@@ -562,7 +562,7 @@ fn glass_that_is_inside_out_is_told() {
         b.mesh(turned(MeshDescription { triangles, ..half.clone() }), glass, at(12.0, DVec3::ONE));
         b.perspective([0.0, 0.0, 5.0], [0.0, 0.0, 0.0], 0.5);
         let warnings = b.commit().warnings;
-        let told = warnings.iter().filter(|w| w.contains("face inward")).count();
+        let told = warnings.iter().filter(|w| w.text.contains("face inward")).count();
         assert_eq!(told, if inward { 3 } else { 0 }, "{warnings:#?}");
     }
 }
@@ -586,7 +586,7 @@ fn warnings_stand_once() {
     b.0.instances.push(last);
     b.perspective([0.0, 3.0, 3.0], [0.0, 0.0, 0.0], 0.5);
     let warnings = b.commit().warnings;
-    let about = |what: &str| warnings.iter().filter(|w| w.contains(what)).count();
+    let about = |what: &str| warnings.iter().filter(|w| w.text.contains(what)).count();
     assert_eq!(about("triangles without area"), 2, "{warnings:#?}");
 }
 

@@ -245,9 +245,17 @@ fn without_coordinates_a_texture_is_left_out_with_a_warning() {
     let mut b = floor(image(&[Rgb::splat(0.25)]));
     std::sync::Arc::make_mut(&mut b.0.meshes[0]).texture_coordinates.clear();
     let warnings = b.commit().warnings;
-    let expected =
-        "instance 0 'instance 0' has no texture coordinates: the textures of its material 'material 0' are left out";
-    assert_eq!(warnings, [expected]);
+    let expected = "instance 0 'instance 0': it has no texture coordinates: the textures of its material 'material 0' are left out";
+    assert_eq!(warnings.iter().map(ToString::to_string).collect::<Vec<_>>(), [expected]);
+    // An image of a lamp may be black all over.
+    let mut b = floor(None);
+    (b.0.materials[0].emission, b.0.environment) = (Rgb::ONE, Rgb::ZERO.into());
+    assert!(!b.commit().lights.is_empty());
+    b.0.materials[0].textures.emission = image(&[Rgb::splat(0.25)]);
+    assert!(!b.commit().lights.is_empty());
+    std::sync::Arc::make_mut(&mut b.0.meshes[0]).texture_coordinates.clear();
+    let world = b.commit();
+    assert!(world.lights.is_empty() && world.warnings[0].text.ends_with("left out, and its light with them"));
 }
 
 /// What a texture or its place changes is another scene, but the same shapes.

@@ -123,8 +123,12 @@ fn at(device: &Arc<Device>, scene: Handle<Scene>, index: u64, camera: Out<Handle
 
 fn set(device: &Arc<Device>, camera: Handle<Camera>, desc: In<CameraDesc>) -> Result<i32, Failure> {
     let object = device.cameras.get(camera)?;
-    let state = read(desc, object.id)?;
-    *object.state.lock().map_err(|_| object.broken())? = state;
+    let mut new = read(desc, object.id)?;
+    let mut state = object.state.lock().map_err(|_| object.broken())?;
+    if new.name.is_empty() {
+        new.name = std::mem::take(&mut state.name);
+    }
+    *state = new;
     Ok(OK)
 }
 

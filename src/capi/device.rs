@@ -20,6 +20,7 @@ use super::scene::Scene;
 use super::texture::Texture;
 use crate::geometry::{Shape, Sphere};
 use crate::intersect::{self, Backend};
+use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::ffi::c_void;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -110,6 +111,11 @@ unsafe impl Send for User {}
 // SAFETY: as above.
 unsafe impl Sync for User {}
 
+thread_local! {
+    /// Whether the host's message callback runs on this thread.
+    static IN_MESSAGE: Cell<bool> = const { Cell::new(false) };
+}
+
 /// Where messages go.
 pub(super) struct Messages {
     callback: Option<MessageCallback>,
@@ -119,7 +125,7 @@ pub(super) struct Messages {
 impl Messages {
     /// Passes a failure on. A call that fails inside a message callback does not call it again.
     pub(super) fn error(&self, failure: &Failure) {
-        if !guard::in_callback() {
+        if !IN_MESSAGE.try_with(Cell::get).unwrap_or(true) {
             self.send(SEVERITY_ERROR, failure);
         }
     }
@@ -128,9 +134,11 @@ impl Messages {
     pub(super) fn send(&self, severity: u32, failure: &Failure) {
         if let Some(callback) = self.callback {
             let detail = failure.detail();
+            let outer = IN_MESSAGE.try_with(|flag| flag.replace(true)).unwrap_or(true);
             // SAFETY: the host promised a function of this type when it made the device, and that it
             // neither throws nor jumps out.
             guard::call_host(|| unsafe { callback(self.user.0, severity, &detail) });
+            let _ = IN_MESSAGE.try_with(|flag| flag.set(outer));
         }
     }
 }

@@ -250,7 +250,6 @@ impl Origins {
                 Failure { parameter: field, index, ..Failure::new(ERROR_INVALID_ARGUMENT, text) }
                     .object(object, id, &name)
             }
-            SceneError::Empty(_) => Failure::new(ERROR_WRONG_STATE, text),
             SceneError::TooLarge(_) => Failure::new(ERROR_LIMIT, text),
             SceneError::OutOfMemory(_) => Failure::new(ERROR_OUT_OF_MEMORY, text),
             SceneError::Backend(_) => Failure::new(ERROR_BACKEND, text),
@@ -259,8 +258,10 @@ impl Origins {
 }
 
 /// What the structs of the header call the fields of a description, where that differs: (kind, ours, theirs).
-const FIELDS: [(&str, &str, &str); 11] = [
+const FIELDS: [(&str, &str, &str); 18] = [
     ("environment", "rotation", "transform"),
+    ("instance", "transform.translation", "transform"),
+    ("camera", "transform.translation", "transform"),
     ("material", "reflectance", "color"),
     ("material", "tint", "color"),
     ("material", "base_color", "color"),
@@ -268,6 +269,11 @@ const FIELDS: [(&str, &str, &str); 11] = [
     ("material", "inside.absorption", "absorption"),
     ("material", "outside.ior", "ior_outside"),
     ("material", "outside.absorption", "absorption_outside"),
+    ("material", "textures.color", "color_texture"),
+    ("material", "textures.emission", "emission_texture"),
+    ("material", "textures.normal.scale", "normal_scale"),
+    ("material", "textures.normal", "normal_texture"),
+    ("material", "textures.metallic_roughness", "metallic_roughness_texture"),
     ("light", "irradiance", "intensity"),
     ("light", "inner", "inner_angle"),
     ("light", "outer", "outer_angle"),
@@ -359,6 +365,8 @@ mod tests {
             ("material", "inside.ior", "ior"),
             ("material", "outside.absorption.b", "absorption_outside.b"),
             ("material", "roughness", "roughness"),
+            ("material", "textures.normal", "normal_texture"),
+            ("material", "textures.normal.scale", "normal_scale"),
             ("light", "outer", "outer_angle"),
             ("mesh", "triangles[2][1]", "indices[7]"),
             ("mesh", "positions[3].y", "positions[3].y"),

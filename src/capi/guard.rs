@@ -77,12 +77,20 @@ pub(super) fn with_device(
     body: impl FnOnce(&Arc<Device>) -> Result<i32, Failure>,
 ) -> i32 {
     let mut found = None;
-    enter(pointer, callback_safe, &mut found, |found| body(found.insert(device::find(pointer)?)))
+    enter(pointer, &mut found, |found| {
+        // Before it is refused, for the message.
+        let device = device::find(pointer).map(|device| &*found.insert(device));
+        refuse_in_callback(callback_safe)?;
+        body(device?)
+    })
 }
 
 /// Body of a function that a device does not outlive; what goes wrong is still said of it.
 pub(super) fn about_device(pointer: DevicePointer, body: impl FnOnce() -> Result<i32, Failure>) -> i32 {
-    enter(pointer, false, &mut None, |_| body())
+    enter(pointer, &mut None, |_| {
+        refuse_in_callback(false)?;
+        body()
+    })
 }
 
 /// Body of a function that takes none.
@@ -100,19 +108,20 @@ pub(super) fn value<T>(body: impl FnOnce() -> T, default: T) -> T {
     })
 }
 
+fn refuse_in_callback(callback_safe: bool) -> Result<(), Failure> {
+    if in_callback() && !callback_safe {
+        return Err(Failure::new(ERROR_WRONG_STATE, "this function may not be called from inside a callback"));
+    }
+    Ok(())
+}
+
 fn enter(
     pointer: DevicePointer,
-    callback_safe: bool,
     found: &mut Option<Arc<Device>>,
     body: impl FnOnce(&mut Option<Arc<Device>>) -> Result<i32, Failure>,
 ) -> i32 {
     let _here = Inside::enter();
-    let result = catch(|| {
-        if in_callback() && !callback_safe {
-            return Err(Failure::new(ERROR_WRONG_STATE, "this function may not be called from inside a callback"));
-        }
-        body(found)
-    });
+    let result = catch(|| body(found));
     let failure = match result {
         Ok(code) => return code,
         Err(failure) => failure,

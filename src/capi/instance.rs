@@ -28,6 +28,20 @@ pub(super) enum Geometry {
 pub(super) struct Placement {
     pub(super) material: Arc<Material>,
     pub(super) transform: DAffine3,
+    pub(super) visible: bool,
+}
+
+impl Placement {
+    /// Seen, wherever it is put.
+    pub(super) fn new(material: Arc<Material>, transform: DAffine3) -> Placement {
+        Placement { material, transform, visible: true }
+    }
+
+    /// Whether it is scaled to nothing along an axis, as hosts do to hide things.
+    pub(super) fn collapsed(&self) -> bool {
+        let m = self.transform.matrix3;
+        [m.x_axis, m.y_axis, m.z_axis].contains(&DVec3::ZERO)
+    }
 }
 
 /// An instance of a scene.
@@ -89,6 +103,9 @@ guard::export! {
     /// Gives it another material.
     fn caustica_instance_set_material(device, instance: Handle<Instance>, material: Handle<Material>) = set_material;
 
+    /// Hides it, or shows it again.
+    fn caustica_instance_set_visible(device, instance: Handle<Instance>, visible: u32) = set_visible;
+
     /// Takes it out of its scene.
     fn caustica_instance_remove(device, instance: Handle<Instance>) = remove;
 }
@@ -138,7 +155,7 @@ fn add(
     }
     let transform = transform("transform", matrix.read()).map_err(named)?;
     let mut contents = scene.edit()?;
-    let placement = Placement { material, transform };
+    let placement = Placement::new(material, transform);
     let place = (&scene, contents.next_order());
     let (handle, object) = device.instances.insert(|id| Instance::new(id, place, name, geometry, placement))?;
     contents.instances.insert(object.order, object);
@@ -158,6 +175,16 @@ fn set_material(device: &Arc<Device>, instance: Handle<Instance>, material: Hand
     let object = device.instances.get(instance)?;
     let material = device.materials.get(material)?;
     object.placement()?.material = material;
+    Ok(OK)
+}
+
+fn set_visible(device: &Arc<Device>, instance: Handle<Instance>, visible: u32) -> Result<i32, Failure> {
+    let object = device.instances.get(instance)?;
+    if visible > 1 {
+        let failure = Failure::argument("visible", format!("is {visible}; 0 or 1 was expected"));
+        return Err(failure.object_if_none(OBJECT_INSTANCE, object.id, &object.name));
+    }
+    object.placement()?.visible = visible == 1;
     Ok(OK)
 }
 

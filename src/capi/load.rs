@@ -28,11 +28,11 @@ fn load(device: &Arc<Device>, scene: Handle<Scene>, path: Text, warning_count: O
     if path.is_empty() {
         return Err(Failure::argument("path", "is empty"));
     }
-    let mut contents = scene.edit()?;
     let Loaded { description, warnings } = gltf::load(Path::new(&path)).map_err(failure)?;
     let Description { meshes, materials, instances, lights, environment, cameras } = description;
 
     // Only cameras get handles, so only they can fail; the scene changes after that.
+    let mut contents = scene.edit()?;
     let mut new_cameras = Vec::new();
     for state in cameras {
         match device.cameras.insert(|id| Camera::new(id, &scene, state)) {
@@ -51,7 +51,7 @@ fn load(device: &Arc<Device>, scene: Handle<Scene>, path: Text, warning_count: O
             description::Geometry::Mesh(index) => Geometry::Mesh(meshes[index].clone()),
             description::Geometry::Sphere { radius } => Geometry::Sphere { radius },
         };
-        let placement = Placement { material: materials[instance.material].clone(), transform: instance.transform };
+        let placement = Placement::new(materials[instance.material].clone(), instance.transform);
         let order = contents.next_order();
         let instance = Instance::new(0, (&scene, order), instance.name, geometry, placement);
         contents.instances.insert(order, Arc::new(instance));

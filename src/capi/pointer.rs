@@ -256,9 +256,8 @@ pub(super) unsafe fn copy_elements<T: Copy, const N: usize>(
         return Err(Failure::argument(parameter, text));
     }
     match (data.is_null(), count) {
-        (true, 0) => return Ok(Vec::new()),
+        (_, 0) => return Ok(Vec::new()),
         (true, _) => return Err(Failure::argument(parameter, format!("are null, but their count is {count}"))),
-        (false, 0) => return Err(Failure::argument(parameter, "have the count 0, but are not null")),
         (false, _) => {}
     }
     let too_many = || Failure::limit(parameter, format!("{count} elements do not fit into the address space"));

@@ -229,10 +229,11 @@ impl Render {
         finished.ok_or_else(|| self.running("the render is running"))
     }
 
-    /// What came of it, or the image of its whole passes while it runs, and their number.
+    /// What came of it, or the image of its whole passes while it runs and after it failed, and their number.
     pub(super) fn so_far(&self, plane: Plane) -> Result<Result<Arc<Finished>, (Image, u32)>, Failure> {
         // A render that ends shows its film until it has finished.
         match (self.preview.image(plane)?, self.finished()) {
+            (Some(so_far), Ok(finished)) if finished.result.is_err() => Ok(Err(so_far)),
             (_, Ok(finished)) => Ok(Ok(finished)),
             (Some(so_far), Err(_)) => Ok(Err(so_far)),
             (None, Err(_)) => Err(self.running("the render has no whole pass yet")),
@@ -248,10 +249,18 @@ impl Render {
         lock(&self.latest).noise
     }
 
+    /// The latest report, from now on; a poll between two of them may have told more.
+    fn note(&self, report: render::Progress) -> render::Progress {
+        let mut latest = lock(&self.latest);
+        let (fraction, samples) = (report.fraction.max(latest.fraction), report.samples.max(latest.samples));
+        *latest = render::Progress { fraction, samples, ..report };
+        *latest
+    }
+
     /// Renders on this thread and publishes what came of it as its last act.
     fn run(&self, request: Request, messages: &Messages) {
         let progress = |progress: render::Progress| {
-            *lock(&self.latest) = progress;
+            let progress = self.note(progress);
             if !request.report(self.id, &progress) {
                 self.cancel.cancel();
             }
@@ -273,8 +282,17 @@ impl Render {
             settings,
         };
         drop(snapshot);
+        self.publish(finished);
+    }
+
+    /// It is over.
+    fn publish(&self, finished: Finished) {
+        // A render that failed has no image but the one of its whole passes.
+        let failed = finished.result.is_err();
         *lock(&self.finished) = Some(Arc::new(finished));
-        self.preview.close();
+        if !failed {
+            self.preview.close();
+        }
         self.over.notify_all();
     }
 }
@@ -489,15 +507,14 @@ fn poll(device: &Arc<Device>, render: Handle<Render>, progress: OutStruct<Progre
     let render = device.renders.get(render)?;
     let finished = lock(&render.finished).clone();
     let mut latest = *lock(&render.latest);
+    // What the last report says may be old.
+    if finished.is_none()
+        && let Some((fraction, samples, noise)) = render.preview.progress()
+    {
+        latest = render.note(render::Progress { fraction: fraction.min(0.999), samples, noise, ..latest });
+    }
     let state = match finished.as_deref().map(|finished| &finished.result) {
-        None => {
-            // What the last report says may be old.
-            if let Some((fraction, samples, noise)) = render.preview.progress() {
-                latest.fraction = latest.fraction.max(fraction.min(0.999));
-                (latest.samples, latest.noise) = (samples, noise);
-            }
-            STATE_RUNNING
-        }
+        None => STATE_RUNNING,
         Some(Ok(output)) => {
             // A cancelled render makes no last report.
             let statistics = &output.statistics;
@@ -534,4 +551,42 @@ fn release(device: &Arc<Device>, render: Handle<Render>) -> Result<i32, Failure>
     object.finish();
     device.renders.remove(render)?;
     Ok(OK)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Rgb;
+    use crate::scene::description::{self, Description, Projection};
+    use crate::scene::{CommitOptions, World};
+
+    #[test]
+    fn a_render_that_failed_shows_the_passes_that_were_whole() {
+        let projection = Projection::Perspective { yfov: 1.0 };
+        let camera = description::Camera { name: String::new(), transform: Default::default(), projection };
+        let description = Description { environment: Rgb::ONE.into(), cameras: vec![camera], ..Description::default() };
+        let world = World::commit(&description, CommitOptions::default()).unwrap();
+        let settings =
+            Settings { width: 4, height: 4, samples: 1 << 30, integrator: Integrator::Path, ..Settings::default() };
+        let render = Render::new(1, false);
+        let progress = |report: render::Progress| assert!(render.note(report).samples < 4, "enough");
+        let result = render::render_shown(&world, &settings, &render.cancel, &progress, &render.preview);
+        let result = result.map_err(Failure::from);
+        assert!(result.is_err());
+        render.publish(Finished { result, scene_hash: 0, camera: String::new(), settings });
+        let (image, samples) = render.so_far(Plane::Radiance).unwrap().err().expect("an image");
+        assert!(samples >= 4 && image.pixels.iter().all(|p| (p.x - 1.0).abs() < 1e-5));
+        assert_eq!(render.finished().unwrap().output().err().map(|failure| failure.code), Some(ERROR_INTERNAL));
+    }
+
+    #[test]
+    fn reports_do_not_go_back() {
+        let render = Render::new(1, false);
+        let report = |fraction, samples| render::Progress { fraction, samples, ..*lock(&render.latest) };
+        let polled = report(0.6, 7);
+        render.note(polled);
+        let late = report(0.5, 6);
+        let seen = render.note(late);
+        assert_eq!((seen.fraction, seen.samples), (0.6, 7));
+    }
 }

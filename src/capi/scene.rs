@@ -3,7 +3,7 @@
 
 use super::camera::Camera;
 use super::device::{Device, SEVERITY_INFO, SEVERITY_WARNING};
-use super::error::{ERROR_BUSY, Failure, OBJECT_SCENE, OK, Origins};
+use super::error::{ERROR_BUSY, Failure, OBJECT_INSTANCE, OBJECT_SCENE, OK, Origins};
 use super::guard;
 use super::handle::{Handle, Kind, stale};
 use super::instance::{Geometry, Instance};
@@ -13,7 +13,7 @@ use super::mesh::Mesh;
 use super::pointer::{Out, OutStruct, Sized32};
 use super::texture::Textures;
 use crate::scene::description::{self, Description, Environment};
-use crate::scene::{CommitOptions, World};
+use crate::scene::{CommitOptions, Warning, World};
 use crate::transport::limits::limits;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
@@ -70,13 +70,23 @@ impl Contents {
 pub(super) struct Snapshot {
     pub(super) world: World,
     pub(super) cameras: Vec<u64>,
-    /// What was or had been told of it, with its severity.
-    remarks: Vec<(u32, String)>,
+    /// What was or had been told of it.
+    remarks: Vec<Remark>,
 }
 
-fn remarks(world: &World) -> Vec<(u32, String)> {
-    let warnings = world.warnings.iter().map(|text| (SEVERITY_WARNING, text.clone()));
-    warnings.chain(limits(world).into_iter().map(|text| (SEVERITY_INFO, text))).collect()
+/// What there is to tell of a scene, or of an instance: its id and its name.
+#[derive(Clone, PartialEq)]
+struct Remark {
+    severity: u32,
+    instance: Option<(u64, String)>,
+    text: String,
+}
+
+impl Remark {
+    fn warning(warning: &Warning, instances: &[u64]) -> Remark {
+        let instance = warning.instance.as_ref().map(|(index, name)| (instances[*index], name.clone()));
+        Remark { severity: SEVERITY_WARNING, instance, text: warning.without_index() }
+    }
 }
 
 /// A scene. A panic while its contents are locked poisons the lock: the scene says so from then on.
@@ -95,14 +105,10 @@ impl Kind for Scene {
 }
 
 impl Scene {
-    /// The contents, for one thread at a time; a second one is told so and does not wait.
+    /// The contents, for one thread at a time. Held for moments: nothing is read, built or called meanwhile.
     pub(super) fn edit(&self) -> Result<MutexGuard<'_, Contents>, Failure> {
-        let contents = self.contents.try_lock().map_err(|error| match error {
-            TryLockError::WouldBlock => self.busy(),
-            TryLockError::Poisoned(_) => {
-                Failure::internal("an earlier call on this scene failed").object(OBJECT_SCENE, self.id, "")
-            }
-        })?;
+        let failed = |_| Failure::internal("an earlier call on this scene failed").object(OBJECT_SCENE, self.id, "");
+        let contents = self.contents.lock().map_err(failed)?;
         if contents.released { Err(stale::<Scene>(self.id)) } else { Ok(contents) }
     }
 
@@ -150,12 +156,8 @@ fn create(device: &Arc<Device>, scene: Out<Handle<Scene>>) -> Result<i32, Failur
 fn release(device: &Arc<Device>, scene: Handle<Scene>) -> Result<i32, Failure> {
     let object = device.scenes.get(scene)?;
     let _committing = object.start_commit()?;
-    let mut contents = match object.contents.try_lock() {
-        Ok(contents) => contents,
-        // A scene that failed can still be released.
-        Err(TryLockError::Poisoned(error)) => error.into_inner(),
-        Err(TryLockError::WouldBlock) => return Err(object.busy()),
-    };
+    // A scene that failed can still be released.
+    let mut contents = object.contents.lock().unwrap_or_else(PoisonError::into_inner);
     device.scenes.remove(scene)?;
     let contents = std::mem::replace(&mut *contents, Contents { released: true, ..Contents::default() });
     // What was loaded from a file has no handle, and what has one may be gone by another thread.
@@ -170,24 +172,33 @@ fn commit(device: &Arc<Device>, scene: Handle<Scene>, report: OutStruct<CommitRe
     let scene = device.scenes.get(scene)?;
     let start = Instant::now();
     let committing = scene.start_commit()?;
-    let (description, origins) = describe(&*scene.edit()?)?;
+    let (description, origins, left_out) = describe(&*scene.edit()?)?;
     let options = CommitOptions { backend: device.backend, threads: device.threads };
     let previous = scene.snapshot();
     let world = World::commit_after(previous.as_ref().map(|snapshot| &snapshot.world), &description, options)
         .map_err(|error| origins.explain(error).object_if_none(OBJECT_SCENE, scene.id, ""))?;
-    let (told, remarks) = (previous.map_or_else(Vec::new, |snapshot| snapshot.remarks.clone()), remarks(&world));
+    let told = previous.map_or_else(Vec::new, |snapshot| snapshot.remarks.clone());
+    let warnings = world.warnings.iter().map(|warning| Remark::warning(warning, &origins.instances));
+    let limits = limits(&world).into_iter().map(|text| Remark { severity: SEVERITY_INFO, instance: None, text });
+    let remarks = warnings.chain(left_out).chain(limits).collect();
     let snapshot = Arc::new(Snapshot { world, cameras: origins.cameras, remarks });
-    *scene.snapshot.lock().unwrap_or_else(PoisonError::into_inner) = Some(snapshot.clone());
+    let old = scene.snapshot.lock().unwrap_or_else(PoisonError::into_inner).replace(snapshot.clone());
+    // Not under the lock: it may be large.
+    drop(old);
     drop(committing);
 
     let world = &snapshot.world;
     for remark in snapshot.remarks.iter().filter(|remark| !told.contains(remark)) {
-        let (severity, text) = remark;
-        device.messages.send(*severity, &Failure::new(OK, text.as_str()).object(OBJECT_SCENE, scene.id, ""));
+        let message = Failure::new(OK, remark.text.as_str());
+        let message = match &remark.instance {
+            Some((id, name)) => message.object(OBJECT_INSTANCE, *id, name),
+            None => message.object(OBJECT_SCENE, scene.id, ""),
+        };
+        device.messages.send(remark.severity, &message);
     }
     place.write(&CommitReport {
         struct_size: 0,
-        warning_count: world.warnings.len() as u32,
+        warning_count: snapshot.remarks.iter().filter(|remark| remark.severity == SEVERITY_WARNING).count() as u32,
         triangle_count: world.triangle_count(),
         scene_hash: world.hash(),
         seconds: start.elapsed().as_secs_f64(),
@@ -197,15 +208,23 @@ fn commit(device: &Arc<Device>, scene: Handle<Scene>, report: OutStruct<CommitRe
     Ok(OK)
 }
 
-/// The contents as a description: objects become indices, each mesh and material standing once.
-fn describe(contents: &Contents) -> Result<(Description, Origins), Failure> {
+/// The contents as a description: objects become indices, each mesh and material standing once. And what was left out.
+fn describe(contents: &Contents) -> Result<(Description, Origins, Vec<Remark>), Failure> {
     let mut description = Description { environment: contents.environment.clone(), ..Description::default() };
-    let mut origins = Origins::default();
+    let (mut origins, mut left_out) = (Origins::default(), Vec::new());
     let mut meshes: HashMap<*const Mesh, usize> = HashMap::new();
     let mut materials: HashMap<*const Material, usize> = HashMap::new();
     let mut textures = Textures::default();
     for instance in contents.instances.values() {
         let placement = instance.placement()?.clone();
+        if !placement.visible {
+            continue;
+        }
+        if placement.collapsed() {
+            let warning = Warning::of(0, &instance.name, "its transform scales it to nothing: it is left out");
+            left_out.push(Remark::warning(&warning, &[instance.id]));
+            continue;
+        }
         let geometry = match &instance.geometry {
             Geometry::Sphere { radius } => description::Geometry::Sphere { radius: *radius },
             Geometry::Mesh(mesh) => {
@@ -236,7 +255,7 @@ fn describe(contents: &Contents) -> Result<(Description, Origins), Failure> {
         description.cameras.push(camera.describe()?);
         origins.cameras.push(camera.id);
     }
-    Ok((description, origins))
+    Ok((description, origins, left_out))
 }
 
 #[cfg(test)]
@@ -245,10 +264,10 @@ mod tests {
     use crate::capi::error::{ERROR_INTERNAL, OBJECT_SCENE};
 
     #[test]
-    fn a_second_thread_is_told_that_the_scene_is_busy() {
+    fn a_second_commit_is_told_that_the_scene_is_busy() {
         let scene = Scene::empty(9);
-        let _first = scene.edit().unwrap();
-        let failure = std::thread::scope(|s| s.spawn(|| scene.edit().err()).join().unwrap()).unwrap();
+        let _first = scene.start_commit().unwrap();
+        let failure = std::thread::scope(|s| s.spawn(|| scene.start_commit().err()).join().unwrap()).unwrap();
         assert_eq!((failure.code, failure.object_kind, failure.object_id), (ERROR_BUSY, OBJECT_SCENE, 9));
     }
 

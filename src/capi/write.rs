@@ -28,12 +28,12 @@ fn write(device: &Arc<Device>, render: Handle<Render>, path: Text) -> Result<i32
     let metadata = Metadata::of_render(&finished.settings, &finished.camera, finished.scene_hash, &output.statistics);
     let written = image::write(path, &output.image, &metadata, &WriteOptions::default())
         .map_err(|error| about(failure(error)))?;
-    for (count, what) in [(written.non_finite, "were NaN or infinite, now black"), (written.clamped, "were clamped")] {
-        if count > 0 {
-            let text = format!("{}: {count} pixels {what}", path.display());
-            let message = Failure::new(OK, text).object(OBJECT_RENDER, render.id(), "");
-            device.messages.send(SEVERITY_WARNING, &message);
-        }
+    let counted = [(written.non_finite, "were NaN or infinite, now black"), (written.clamped, "were clamped")];
+    let counted = counted.iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("{count} pixels {what}"));
+    let dim = written.too_dim.then(|| "so dim that 16-bit floats lose digits; a TIFF has 32 bits".to_owned());
+    for what in counted.chain(dim) {
+        let message = Failure::new(OK, format!("{}: {what}", path.display())).object(OBJECT_RENDER, render.id(), "");
+        device.messages.send(SEVERITY_WARNING, &message);
     }
     Ok(OK)
 }

@@ -133,7 +133,9 @@ impl Lights {
             .zip(shapes.iter().zip(materials))
             .map(|(i, (shape, (material, mesh)))| {
                 let emission = SurfaceEmission { radiance: material.emission, two_sided: material.emission_two_sided };
-                if emission.radiance == Rgb::ZERO {
+                // An image that nothing tells the place of: most of it may be black.
+                let lost = material.textures.emission.is_some() && mesh.is_none();
+                if emission.radiance == Rgb::ZERO || lost {
                     None
                 } else {
                     let glow = material.textures.emission.as_ref().zip(*mesh);

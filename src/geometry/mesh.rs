@@ -1,7 +1,7 @@
 //! Triangle meshes in world space.
 
 use super::surface::{ROUNDOFF, position_error};
-use super::{Ray, SurfacePoint};
+use super::{Enclosure, Ray, SurfacePoint};
 use glam::{DVec3, Vec2, Vec3};
 
 /// Triangles with optional vertex normals.
@@ -39,18 +39,9 @@ impl Mesh {
         (p1 - p0).cross(p2 - p0).try_normalize()
     }
 
-    /// Whether it is closed, as far as the sum of its triangles' area vectors tells, and its fronts face what it encloses:
-    /// by the sign of its volume (Gauss).
-    pub fn faces_inward(&self) -> bool {
-        let origin = self.positions.first().map_or(DVec3::ZERO, |p| p.as_dvec3());
-        let (mut area, mut sum, mut volume) = (0.0, DVec3::ZERO, 0.0);
-        for triangle in 0..self.triangles.len() as u32 {
-            let [p0, p1, p2] = self.corners(triangle).map(|p| p.as_dvec3() - origin);
-            let m = 0.5 * (p1 - p0).cross(p2 - p0);
-            (area, sum, volume) = (area + m.length(), sum + m, volume + p0.dot(m) / 3.0);
-        }
-        // An open sheet has a sum as large as its area; a pane of a thousandth of its width has a volume of 4e-4.
-        sum.length() <= 1e-4 * area && volume < -1e-6 * area.powf(1.5)
+    /// What it encloses.
+    pub fn enclosure(&self) -> Enclosure {
+        Enclosure::of(&self.triangles, |i| self.positions[i as usize].as_dvec3())
     }
 
     /// What stands at the vertices, at a point of a triangle.

@@ -2,6 +2,7 @@
 
 pub mod differential;
 pub mod disk;
+pub mod enclosure;
 pub mod mesh;
 pub mod ray;
 pub mod sphere;
@@ -10,6 +11,7 @@ pub mod targets;
 
 pub use differential::Differential;
 pub use disk::BoundingDisk;
+pub use enclosure::Enclosure;
 pub use mesh::Mesh;
 pub use ray::Ray;
 pub use sphere::Sphere;

@@ -203,6 +203,13 @@ pub enum Scattering {
     MetallicRoughness(MetallicRoughness),
 }
 
+impl Scattering {
+    /// Whether it transmits through thin walls since nobody said that it is solid.
+    pub(crate) fn is_thin_by_default(&self) -> bool {
+        matches!(self, Scattering::MetallicRoughness(m) if m.transmission > 0.0 && m.metallic < 1.0 && !m.solid)
+    }
+}
+
 /// A homogeneous medium that refracts and may absorb.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Medium {

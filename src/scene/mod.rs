@@ -32,9 +32,6 @@ pub enum SceneError {
         /// What would do.
         expected: String,
     },
-    /// Nothing to render.
-    #[error("the scene has no {0}")]
-    Empty(&'static str),
     /// Too large for 32-bit indices.
     #[error("{0}")]
     TooLarge(String),
@@ -44,6 +41,38 @@ pub enum SceneError {
     /// The ray tracer failed.
     #[error("{0}")]
     Backend(String),
+}
+
+/// Worth telling of a scene that is no error.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Warning {
+    /// Index in the description and name of the instance that it is about, if it is about one.
+    pub instance: Option<(usize, String)>,
+    /// What there is to tell.
+    pub text: String,
+}
+
+impl Warning {
+    pub(crate) fn of(instance: usize, name: &str, text: impl Into<String>) -> Warning {
+        Warning { instance: Some((instance, name.to_owned())), text: text.into() }
+    }
+
+    /// For who does not know the description: without the index.
+    pub fn without_index(&self) -> String {
+        match &self.instance {
+            Some((_, name)) => format!("instance '{}': {}", shown(name), self.text),
+            None => self.text.clone(),
+        }
+    }
+}
+
+impl std::fmt::Display for Warning {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        if let Some((index, name)) = &self.instance {
+            write!(f, "{}: ", object("instance", *index, name))?;
+        }
+        f.write_str(&self.text)
+    }
 }
 
 /// How messages name an object; of the environment there is one.

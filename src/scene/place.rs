@@ -1,9 +1,9 @@
 //! The shapes of a scene in world space: instances flattened. What is made of what does not matter here, so that scenes
 //! that differ in that alone share them.
 
-use super::SceneError;
-use super::description::{Description, Geometry, Instance, MeshDescription};
-use crate::geometry::{Mesh, Shape, Sphere};
+use super::description::{Description, Geometry, Instance, Material, Medium, MeshDescription};
+use super::{SceneError, Warning};
+use crate::geometry::{Enclosure, Mesh, Shape, Sphere};
 use crate::intersect::MAX_COORDINATE;
 use crate::text::shown;
 use glam::{DMat3, Vec3};
@@ -30,26 +30,54 @@ pub(super) fn place(d: &Description, meshes: &[Arc<MeshDescription>]) -> Result<
     Ok(shapes)
 }
 
-/// Things worth telling of the shapes; once for each mesh. `refracts` by material.
-pub(super) fn warnings(d: &Description, shapes: &[Shape], refracts: impl Fn(usize) -> bool) -> Vec<String> {
-    let (mut warnings, mut seen, mut seen_as_glass) = (Vec::new(), HashSet::new(), HashSet::new());
+/// Things worth telling of the shapes; once for each mesh. `media` of each material: inside and outside, if it refracts.
+pub(super) fn warnings(
+    d: &Description,
+    shapes: &[Shape],
+    media: impl Fn(usize) -> Option<(Medium, Medium)>,
+) -> Vec<Warning> {
+    let (mut warnings, mut seen, mut seen_with) = (Vec::new(), HashSet::new(), HashSet::new());
     for (index, (instance, shape)) in d.instances.iter().zip(shapes).enumerate() {
-        let (Geometry::Mesh(of), Shape::Mesh(mesh)) = (instance.geometry, shape) else { continue };
-        let mut warn = |what: &str| warnings.push(format!("instance {index} '{}'{what}", shown(&instance.name)));
-        if seen.insert(of) {
-            let flat = (0..mesh.triangles.len() as u32).filter(|&t| mesh.area(t) == 0.0).count();
-            if flat > 0 {
-                warn(&format!(": {flat} triangles without area are never hit"));
+        let mut warn = |what: &str| warnings.push(Warning::of(index, &instance.name, what));
+        let Material { name, scattering, .. } = &d.materials[instance.material];
+        let (media, thin) = (media(instance.material), scattering.is_thin_by_default());
+        let (enclosure, of) = match (instance.geometry, shape) {
+            (Geometry::Mesh(of), Shape::Mesh(mesh)) => {
+                if seen.insert(of) {
+                    let flat = (0..mesh.triangles.len() as u32).filter(|&t| mesh.area(t) == 0.0).count();
+                    if flat > 0 {
+                        warn(&format!("{flat} triangles without area are never hit"));
+                    }
+                    if mesh.triangles.is_empty() {
+                        warn("it has no triangles");
+                    }
+                }
+                (if media.is_some() || thin { mesh.enclosure() } else { Enclosure::Nothing }, Some(of))
             }
-            if mesh.triangles.is_empty() {
-                warn(" has no triangles");
-            }
+            _ => (Enclosure::Outward, None),
+        };
+        if !seen_with.insert((of, instance.material)) {
+            continue;
         }
-        if refracts(instance.material) && seen_as_glass.insert(of) && mesh.faces_inward() {
+        if enclosure == Enclosure::Inward && media.is_some() {
             warn(
-                ": closed glass whose triangles face inward has its glass around it, which is right for a hollow within \
-                 other glass only",
+                "closed glass whose triangles face inward has its glass around it, which is right for a hollow within other \
+                 glass only",
             );
+        }
+        let absorbs = |(inside, outside): (Medium, Medium)| inside.absorption != outside.absorption;
+        if enclosure == Enclosure::Open && media.is_some_and(absorbs) {
+            warn(
+                "its medium absorbs and is not closed: light that gets in or out beside the surface is absorbed where it \
+                 should not be, or not at all",
+            );
+        }
+        if enclosure.is_body() && thin {
+            warn(&format!(
+                "it is closed, but its material '{}' transmits as a thin wall does: straight on, without caustics, unless it is \
+                 made solid (in glTF: by a thickness above 0)",
+                shown(name)
+            ));
         }
     }
     warnings
@@ -102,8 +130,8 @@ fn check_mesh(index: usize, instance: &Instance, mesh: &Mesh) -> Result<(), Scen
         kind: "instance",
         index,
         name: instance.name.clone(),
-        field: format!("transform of position {i}"),
-        value: p.to_string(),
+        field: "transform".to_owned(),
+        value: format!("one of position {i} to {p}"),
         expected: "coordinates below 1e18 were expected".to_owned(),
     })
 }

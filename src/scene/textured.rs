@@ -1,6 +1,7 @@
 //! Materials that vary over a mesh: compiled anew at each point. What is decided for a whole shape (where walks lead, what
 //! light is aimed from) goes by the factors: no image makes glass of what is none, nor a mirror of what is rough.
 
+use super::Warning;
 use super::description::{
     Description, Geometry, LEAST_TEXTURED_ROUGHNESS, Material, MeshDescription, NormalMap, Scattering, TextureMap,
     Textures,
@@ -104,16 +105,17 @@ pub(super) fn coordinates(geometry: Geometry, meshes: &[Arc<MeshDescription>]) -
 }
 
 /// Textures that nothing tells the place of; once for each material.
-pub(super) fn warnings(d: &Description, meshes: &[Arc<MeshDescription>], warnings: &mut Vec<String>) {
+pub(super) fn warnings(d: &Description, meshes: &[Arc<MeshDescription>], warnings: &mut Vec<Warning>) {
     let mut seen = HashSet::new();
     for (index, instance) in d.instances.iter().enumerate() {
         let material = &d.materials[instance.material];
         let lost = material.textures.any() && coordinates(instance.geometry, meshes).is_none();
         if lost && seen.insert(instance.material) {
-            let (name, material) = (shown(&instance.name), shown(&material.name));
-            warnings.push(format!(
-                "instance {index} '{name}' has no texture coordinates: the textures of its material '{material}' are left out"
-            ));
+            let light = if material.textures.emission.is_some() { ", and its light with them" } else { "" };
+            let material = shown(&material.name);
+            let text =
+                format!("it has no texture coordinates: the textures of its material '{material}' are left out{light}");
+            warnings.push(Warning::of(index, &instance.name, text));
         }
     }
 }

@@ -107,9 +107,6 @@ pub(super) fn validate(d: &Description) -> Result<(), SceneError> {
             Projection::Orthographic { ymag } => object.range("ymag", ymag, f64::MIN_POSITIVE, LARGEST_COORDINATE)?,
         }
     }
-    if d.instances.is_empty() && d.environment.radiance == Rgb::ZERO {
-        return Err(SceneError::Empty("shape and no environment"));
-    }
     Ok(())
 }
 

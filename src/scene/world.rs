@@ -5,7 +5,7 @@ use super::glass::Glass;
 use super::media::{Boundary, LightMedia, boundary};
 use super::place::{self, bounding_sphere, place, reserve};
 use super::textured::{self, Textured, textured};
-use super::{SceneError, fingerprint, rebase, validate};
+use super::{SceneError, Warning, fingerprint, rebase, validate};
 use crate::emitter::{Lights, MOST_LIGHTS};
 use crate::geometry::{Ray, Shape, Sphere, SurfacePoint};
 use crate::intersect::{self, Backend, BackendError, Hit, Intersector};
@@ -89,7 +89,7 @@ pub struct World {
     /// Seconds that the commit took.
     pub commit_seconds: f64,
     /// Things worth telling that are not errors, e.g. degenerate triangles.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
     hash: u64,
     shapes_hash: u64,
     backend: Backend,
@@ -134,7 +134,7 @@ impl World {
             Some(world) => world.shapes.clone(),
             None => place(description, meshes)?.into(),
         };
-        let mut warnings = place::warnings(description, &shapes, |material| boundaries[material].is_some());
+        let mut warnings = place::warnings(description, &shapes, |material| bsdfs[material].media());
         textured::warnings(description, meshes, &mut warnings);
         let bounds = bounding_sphere(&shapes);
 
@@ -149,7 +149,8 @@ impl World {
             return Err(SceneError::TooLarge(format!("{} lights; at most {MOST_LIGHTS} are taken", lights.len())));
         }
         if lights.is_empty() {
-            warnings.push("the scene has no light: the image will be black".to_owned());
+            let text = "the scene has no light: the image will be black".to_owned();
+            warnings.push(Warning { instance: None, text });
         }
         let intersector = match same {
             Some(world) => world.intersector.clone(),

@@ -41,6 +41,8 @@ static caustica_scene scene;
 static caustica_instance ball;
 static int messages[4];
 static char last_message[512];
+static uint32_t last_kind;
+static uint64_t last_id;
 
 static void on_message(void* user, uint32_t severity, const caustica_detail* detail) {
     caustica_scene made;
@@ -49,6 +51,8 @@ static void on_message(void* user, uint32_t severity, const caustica_detail* det
     TRUE(!flushes()); /* the library computes here */
     ++messages[severity];
     memcpy(last_message, detail->text, sizeof last_message);
+    last_kind = detail->object_kind;
+    last_id = detail->object_id;
     /* Not callback-safe; and its error is not a message inside a message. */
     TRUE(caustica_scene_create(device, &made) == CAUSTICA_ERROR_WRONG_STATE);
 }
@@ -88,6 +92,7 @@ static void build(void) {
     memset(&camera, 0, sizeof camera);
     camera.struct_size = sizeof camera;
     camera.projection = CAUSTICA_CAMERA_PERSPECTIVE;
+    camera.name = "eye";
     camera.transform[0] = camera.transform[5] = camera.transform[10] = 1;
     camera.transform[11] = 5;
     camera.yfov = 0.8;
@@ -159,7 +164,9 @@ static bool on_progress(void* user, const caustica_progress* progress) {
     TRUE(progress->fraction >= observer->fraction && progress->fraction <= 1);
     TRUE(progress->state == CAUSTICA_STATE_RUNNING);
     TRUE(!flushes());
+    const int errors = messages[CAUSTICA_SEVERITY_ERROR];
     TRUE(caustica_render_start(device, &desc, &other) == CAUSTICA_ERROR_WRONG_STATE);
+    TRUE(messages[CAUSTICA_SEVERITY_ERROR] == errors + 1);
     caustica_detail detail = {.struct_size = sizeof detail};
     TRUE(caustica_device_release(device) == CAUSTICA_ERROR_WRONG_STATE);
     OK(caustica_last_error(device, &detail));
@@ -414,6 +421,42 @@ static void cameras(uint64_t before) {
     OK(caustica_camera_set(device, camera, &values));
     OK(caustica_scene_commit(device, scene, NULL));
     TRUE(render_hash(&desc) == before);
+    /* It had a name, which stays. */
+    values.yfov = 9;
+    OK(caustica_camera_set(device, camera, &values));
+    TRUE(caustica_scene_commit(device, scene, NULL) == CAUSTICA_ERROR_INVALID_ARGUMENT);
+    TRUE(strstr(last_message, "'eye'") != NULL);
+    values.yfov = 0.8;
+    OK(caustica_camera_set(device, camera, &values));
+    OK(caustica_scene_commit(device, scene, NULL));
+}
+
+/* What is hidden, or scaled to nothing, is as if it were not there; of the second there is a warning, once. */
+static void hidden(uint64_t before) {
+    const double nothing[12] = {0};
+    caustica_render_desc desc = request(4);
+    caustica_scene empty;
+    const int warnings = messages[CAUSTICA_SEVERITY_WARNING];
+    uint64_t without;
+    OK(caustica_instance_set_visible(device, ball, 0));
+    OK(caustica_scene_commit(device, scene, NULL));
+    without = render_hash(&desc);
+    TRUE(without != before && messages[CAUSTICA_SEVERITY_WARNING] == warnings);
+    OK(caustica_instance_set_visible(device, ball, 1));
+    OK(caustica_instance_set_transform(device, ball, nothing));
+    OK(caustica_scene_commit(device, scene, NULL));
+    TRUE(messages[CAUSTICA_SEVERITY_WARNING] == warnings + 1 && last_kind == CAUSTICA_OBJECT_INSTANCE);
+    TRUE(last_id == ball.id && strstr(last_message, "'ball'") != NULL);
+    OK(caustica_scene_commit(device, scene, NULL));
+    TRUE(messages[CAUSTICA_SEVERITY_WARNING] == warnings + 1 && render_hash(&desc) == without);
+    OK(caustica_instance_set_transform(device, ball, NULL));
+    OK(caustica_scene_commit(device, scene, NULL));
+    TRUE(render_hash(&desc) == before);
+
+    OK(caustica_scene_create(device, &empty));
+    OK(caustica_scene_commit(device, empty, NULL));
+    TRUE(strstr(last_message, "no light") != NULL);
+    OK(caustica_scene_release(device, empty));
 }
 
 /* A mesh that is set looks like one that was made so, after the next commit. */
@@ -750,6 +793,7 @@ int main(void) {
     options(h);
     snapshots(h);
     cameras(h);
+    hidden(h);
     deformed();
     surroundings(h);
     textures(h);

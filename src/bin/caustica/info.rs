@@ -17,8 +17,8 @@ pub(crate) fn run(args: &Info) -> Result<(), Failure> {
     describe(&mut text, &loaded.description)?;
     // What the file says is worth seeing even where the scene cannot be rendered.
     let world = scene::commit(&args.scene, &loaded.description, CommitOptions::default());
-    let warnings = loaded.warnings.iter().chain(world.iter().flat_map(|world| &world.warnings));
-    let warnings: Vec<_> = warnings.collect();
+    let of_world = world.iter().flat_map(|world| &world.warnings).map(ToString::to_string);
+    let warnings: Vec<_> = loaded.warnings.iter().cloned().chain(of_world).collect();
     list(&mut text, "warnings", warnings.len())?;
     for warning in warnings {
         writeln!(text, "    {warning}")?;

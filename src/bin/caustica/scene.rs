@@ -38,7 +38,7 @@ pub(crate) fn open(
         surround(&mut loaded.description.environment, &picture.surroundings)?;
     }
     let world = commit(path, &loaded.description, options)?;
-    for warning in loaded.warnings.iter().chain(&world.warnings) {
+    for warning in loaded.warnings.iter().cloned().chain(world.warnings.iter().map(ToString::to_string)) {
         console.warn(&format!("{}: {warning}", path.display()));
     }
     Ok((loaded.description, world))
