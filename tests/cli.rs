@@ -115,7 +115,9 @@ fn settings_out_of_range_are_wrong_usage_too() {
     }
     let (_, err) = expect(2, &["pixel", SCENE, "0", "0", "--first-sample", "4294967294", "--spp", "4"]);
     assert!(err.contains("first_sample is 4294967294"), "{err}");
-    expect(0, &["pixel", SCENE, "0", "0", "--first-sample", "4294967294", "--spp", "1"]);
+    // The last 2^14 numbers are those of the samples before a render.
+    expect(2, &["pixel", SCENE, "0", "0", "--first-sample", "4294950911", "--spp", "1"]);
+    expect(0, &["pixel", SCENE, "0", "0", "--first-sample", "4294950910", "--spp", "1"]);
 }
 
 #[cfg(unix)]

@@ -6,7 +6,7 @@
 
 mod common;
 
-use caustica::camera::{Camera, Region};
+use caustica::camera::{Camera, Endpoint, Region};
 use caustica::integrator::Sample;
 use caustica::integrator::bdpt::{self, View};
 use caustica::math::Rgb;
@@ -99,6 +99,29 @@ fn a_point_light_through_waves() {
         let settings = Settings { caustics: Caustics::On, ..with(integrator, 1, None, None) };
         assert_eq!(common::run(&world, &settings).statistics.walks.searches > 0, searches, "{integrator:?}");
     }
+}
+
+/// A sky is hit, whatever other lights there are: no connection searches to it unasked.
+#[test]
+fn a_sky_beside_a_lamp_that_cannot_be_hit() {
+    let world = under_waves(|b| {
+        b.0.environment = Rgb::ONE.into();
+        // In a box, so that few look for it.
+        b.light(LightKind::Point { position: DVec3::new(0.0, 9.0, 0.0), intensity: Rgb::splat(1e-9) });
+        let black = b.diffuse(0.0);
+        b.mesh(icosphere(0.5, 0, false), black, DAffine3::from_translation(DVec3::new(0.0, 9.0, 0.0)));
+    });
+    let settings = Settings { caustics: Caustics::On, ..with(Integrator::Bdpt, 16, None, None) };
+    let WalkCount { connections, searches, .. } = common::run(&world, &settings).statistics.walks;
+    // A quarter of those to the lamp do.
+    assert!(connections > 1000 && searches * 20 < connections, "{connections}, {searches}");
+    assert!(
+        world.lights.is_delta(&Endpoint::Point(Vec3::ZERO)) && !world.lights.is_delta(&Endpoint::Infinite(Vec3::Y))
+    );
+    let direction = DVec3::new(0.3, -0.7, 0.2);
+    let sun = under_waves(|b| b.light(LightKind::Directional { direction, irradiance: Rgb::ONE }));
+    let toward = Endpoint::Infinite(-direction.normalize().as_vec3());
+    assert!(sun.lights.is_delta(&toward) && !sun.lights.is_delta(&Endpoint::Infinite(Vec3::Y)));
 }
 
 /// Until a chain is found again takes many walks here; whoever cancels waits for none of these.

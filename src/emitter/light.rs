@@ -152,6 +152,11 @@ impl Light {
         if let Light::Environment(light) = self { light.memory() } else { 0 }
     }
 
+    /// Toward it, if it is infinitely far away in a single direction.
+    pub(super) fn direction(&self) -> Option<Vec3> {
+        if let Light::Directional(light) = self { Some(-light.direction) } else { None }
+    }
+
     /// Whether a camera path can hit it.
     #[inline]
     pub(super) fn hittable(&self) -> bool {

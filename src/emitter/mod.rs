@@ -101,6 +101,8 @@ pub struct Lights {
     of_shape: Vec<Option<u32>>,
     /// The light that the environment is.
     environment: Option<u32>,
+    /// Toward the directional lights.
+    suns: Vec<Vec3>,
     /// Where emission goes more often than its brightness says.
     aim: Option<Aim>,
 }
@@ -149,8 +151,9 @@ impl Lights {
             add(Light::of_kind(kind, disk));
         }
         let environment = add(Light::Environment(Environment::new(environment, disk)));
+        let suns = all.iter().filter_map(Light::direction).collect();
 
-        Lights { choice: Choice::by_power(&powers), lights: all.into(), of_shape, environment, aim: None }
+        Lights { choice: Choice::by_power(&powers), lights: all.into(), of_shape, environment, suns, aim: None }
     }
 
     /// The same lights with a share of the emission of each aimed. (The projection maps of Jensen 2001, §9.3,
@@ -172,6 +175,17 @@ impl Lights {
     /// Whether any light can be hit by a camera path (emissive shape or environment).
     pub fn any_hittable(&self) -> bool {
         self.lights.iter().any(Light::hittable)
+    }
+
+    /// Whether a light at `at` is one that no camera path can hit. (Of an environment, nothing lies in exactly the
+    /// direction of a directional light.)
+    #[inline]
+    pub fn is_delta(&self, at: &Endpoint) -> bool {
+        match at {
+            Endpoint::Surface(_) => false,
+            Endpoint::Point(_) => true,
+            Endpoint::Infinite(direction) => self.suns.contains(direction),
+        }
     }
 
     /// The light vertex that [`Lights::sample_direct`] draws from the same numbers, whether or not it
@@ -238,7 +252,8 @@ impl Lights {
 
         let emitted = light.emitted(shapes, &at, direction);
         let (position, direction_density) = self.emission_densities(index, &at, direction, origin);
-        if emitted == Rgb::ZERO || direction_density <= 0.0 {
+        // An image's cells without light have no density, and rounding may lead just into one.
+        if emitted == Rgb::ZERO || !(position > 0.0 && direction_density > 0.0) {
             return None;
         }
         let cos = match &at {

@@ -66,8 +66,8 @@ pub struct Probe {
     pub direction: DVec3,
     /// Where it starts, if on an interface.
     pub source: Option<Source>,
-    /// Primitive of the interface that the step before met: near a solution it is met again as a rule.
-    pub hint: u32,
+    /// Primitive of the interface that the step before met, if there was one: near a solution it is met again as a rule.
+    pub hint: Option<u32>,
 }
 
 /// The surfaces that refract, as the walk asks for them.

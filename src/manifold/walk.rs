@@ -215,7 +215,7 @@ impl Path {
     }
 
     /// Refracts the ray that leaves `a` along the unit direction `d` through all interfaces of the seed,
-    /// not far from the vertices `near`.
+    /// not far from the vertices `near`, if they are known.
     #[inline]
     fn refracted(
         interfaces: &impl Interfaces,
@@ -223,18 +223,18 @@ impl Path {
         end: End,
         seed: &Seed,
         d: DVec3,
-        near: &[Differential],
+        near: Option<&[Differential]>,
         path: &mut Path,
     ) -> Result<(), Rejection> {
         let crossings = seed.crossings();
-        let mut probe = Probe { origin: DVec3::ZERO, direction: d, source, hint: 0 };
+        let mut probe = Probe { origin: DVec3::ZERO, direction: d, source, hint: None };
         for (i, crossing) in crossings.iter().enumerate() {
             if i > 0 {
                 let Crossing { n_i, n_o, .. } = crossings[i - 1];
                 probe.direction =
                     refract(probe.direction, path.vertices[i - 1].ns, n_i, n_o).ok_or(Rejection::TotalReflection)?;
             }
-            probe.hint = near[i].primitive;
+            probe.hint = near.map(|near| near[i].primitive);
             let (t, at) = interfaces.meet(crossing.interface, &probe).ok_or(Rejection::Miss)?;
             path.directions[i] = probe.direction;
             path.lengths[i] = t;
@@ -380,7 +380,8 @@ pub fn walk(
     let mut unproven = 0;
     if let Some(d) = start {
         iterations = 1;
-        Path::refracted(interfaces, source, end, seed, d, seed.vertices(), path)
+        // The straight line's primitives may lie behind what this ray meets first, where a sampled chain has its vertices.
+        Path::refracted(interfaces, source, end, seed, d, None, path)
             .map_err(|reason| Rejected { reason, iterations })?;
         unproven = path.len - 1;
     }
@@ -399,7 +400,7 @@ pub fn walk(
         loop {
             iterations += 1;
             let toward = (path.vertices[0].p - full * step).normalize();
-            match Path::refracted(interfaces, source, end, seed, toward, &path.vertices, proposal) {
+            match Path::refracted(interfaces, source, end, seed, toward, Some(&path.vertices), proposal) {
                 Ok(())
                     if iterations > settings.careful
                         || step <= SMALLEST_CAREFUL

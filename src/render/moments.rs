@@ -4,17 +4,19 @@
 //! some have the share `w`, adds `f²/p` to the second moment of the balance heuristic. If these sampled it `r` times
 //! as often, it would add `f²/(p (1 - w + r w))`; without caustic connections `r = 0`, without aim it is the ratio of
 //! the densities of what the light subpath drew. So sums over the samples of all techniques estimate second moments of
-//! renders that are never made (compare Grittmann et al. 2022). `w` is that of the one technique that made the path, which
-//! errs on the side of leaving out. (Rough glass that is walked through would be evaluated instead, which the estimate does
+//! renders that are never made (compare Grittmann et al. 2022): the paths of the techniques in question alone suffice, as
+//! `∫ w p f²/(p² (1 - w)) = ∫ f²/(p (1 - w)) - ∫ f²/p`. `w` is that of the one technique that made the path, which errs on
+//! the side of leaving out. (Rough glass that is walked through would be evaluated instead, which the estimate does
 //! not know.)
 //!
 //! With `r` times as many light subpaths, all techniques that need one have `r` times their density, in any weights: what
 //! a path adds is divided by `1 - w + r w`, `w` the share of these techniques, and those that they made are so many fewer.
 //!
-//! What a search found after `n` attempts counts `n` times, and has its weight by a presumed probability `c`: it is one of
-//! `n c` that the weights know of, so that the others alone would add `1/(n c)` of what `f²/(p (1 - w))` says. Searches
-//! themselves add noise. If a share `q` of them is made, a path is found so much more seldom, counts `1/q` times, and
-//! weighs `q w / (q w + 1 - w)` instead of `w`.
+//! What a search found after `n` attempts counts `n` times, and has its weight `w` by a presumed probability `c`: it is one
+//! of `n c` that the weights know of. With `p_o` the density of all others, which alone add `f²/p_o`, and a share `q` of the
+//! searches, whose paths are so much more seldom, count `1/q` times and weigh `v = q w / (q w + 1 - w)`, the others add
+//! `f² (1 - v)²/p_o`. The difference, `f² v (2 - v)/p_o`, is saved, and what searches themselves add is lost, which is much
+//! where many attempts are needed.
 //!
 //! All but the number of light subpaths is told for the balance heuristic. Where the weights are not its own, for direct
 //! light in the light image ([`light_image`]), a path counts with what it would have weighed by it.
@@ -95,7 +97,8 @@ impl Moments {
         if let Some(attempts) = path.searched {
             let seldom = f64::from(LAMP_SEARCH);
             let weight = seldom / (seldom * path.weight + 1.0 - path.weight);
-            self.unsearched += divided(added / attempts, 1.0 - path.weight) - added * weight * weight / seldom;
+            let others = added / attempts * weight * (2.0 - weight * path.weight);
+            self.unsearched += divided(others, 1.0 - path.weight) - added * weight * weight / seldom;
         }
         self.unaimed += more(path.plain);
         for (class, plain) in departures {
@@ -341,11 +344,14 @@ mod tests {
         let m = moments(64, 48, 1.0, Light::Caustic);
         assert!((m.unconnected / m.all - 1.0).abs() < 1e-9, "half of the density: twice the moment");
         assert!((m.unretried / m.all - 0.5).abs() < 1e-9, "of half of these");
-        // An eighth of the paths, found by one search in three: by the others, of half of the density, twice a third of
-        // each. With a tenth of the searches these have an eleventh of the density, and what they find weighs 1/11
-        // instead of 1/2, and counts ten times, ten times as seldom.
-        let searched = 2.0 / 3.0 - 10.0 * f64::powi(2.0 / 11.0, 2);
-        assert!((m.unsearched / m.all - searched / 8.0).abs() < 1e-9, "{}", m.unsearched / m.all);
+        // An eighth of the paths, each found after three attempts, so by a third of the searches: of all, and of a share.
+        let (attempts, presumed, others, share) = (3.0, 1.0, 1.0, f64::from(LAMP_SEARCH));
+        let value = 1.0 / (attempts * 0.5); // which weighs a half
+        let weight = share * presumed / (share * presumed + others);
+        let by_others = |weight: f64| (value * (1.0 - weight)).powi(2) / others;
+        let by_searches = (value * weight * attempts / share).powi(2) * share / attempts;
+        let saved = (by_others(0.0) - by_others(weight) - by_searches) * attempts;
+        assert!((m.unsearched / m.all - saved / 8.0).abs() < 1e-9, "{} and {saved}", m.unsearched / m.all);
         assert!((m.unaimed / m.all - (1.0 / 0.625 - 1.0)).abs() < 1e-9, "a quarter of a half of it");
         assert_eq!(m.unaimed_from, BTreeMap::from([(3, m.unaimed)]));
         let [caustics, others] = m.by_number;

@@ -43,6 +43,9 @@ const CONNECTIONS_WORTH: f64 = 1.0;
 const CLEAR: f64 = 5.0;
 const LONG: u32 = 4;
 
+/// Most samples that are drawn, each of its own number.
+pub(super) const PILOT_SAMPLES: u32 = LONG * GROUPS * GROUP;
+
 /// Aim pays from a place if it saves so many times what it adds: light that is aimed from one place has the less to gain
 /// from aim at the next, and aim makes the rest of the picture slower. Measured, of all places together (as above):
 /// figure4b 0.3 to 0.8, 0.9; water 0.2 to 0.4, 0.9; frosted 0.4, 0.7; window 0.8, 1.0; eye_small 2, 0.9; demo 2.1 to 2.8,
@@ -183,7 +186,7 @@ impl<'v> Group<'v> {
             }
             sample.splats.clear();
             let pixel = place(number * GROUP + i, pixels);
-            // Samples of renders are counted up from 0 and hardly get there.
+            // Samples of renders are counted up from 0, and not so far.
             let (seed, pass, paths) = (settings.seed, u32::MAX - (number * GROUP + i), &mut group.paths);
             for part in [0, 1] {
                 let before = Work::so_far(tracer);

@@ -1,6 +1,7 @@
 //! What to render and how long.
 
 use super::RenderError;
+use super::pilot::PILOT_SAMPLES;
 use crate::camera::Region;
 use crate::scene::World;
 use crate::transport::options::{
@@ -149,10 +150,13 @@ pub const MOST_BY_NOISE: u32 = 1 << 16;
 /// Longest path, in segments.
 pub const LARGEST_DEPTH: u32 = 1024;
 
+/// Largest number of a sample, and one more. The last of all are those of the samples before a render.
+const MOST_SAMPLES: u32 = u32::MAX - PILOT_SAMPLES;
+
 /// Samples per pixel, from the first on, where nobody asked for a number, with these limits.
 pub fn samples_by_limits(time: bool, noise: bool, first_sample: u32) -> u32 {
     match (time, noise) {
-        (true, false) => (u32::MAX - first_sample).max(1),
+        (true, false) => MOST_SAMPLES.saturating_sub(first_sample).max(1),
         (_, true) => MOST_BY_NOISE,
         (false, false) => Settings::default().samples,
     }
@@ -163,7 +167,7 @@ pub(crate) fn validate(world: &World, settings: &Settings) -> Result<(), RenderE
     for (setting, value, high) in [
         ("width", settings.width, LARGEST_SIDE),
         ("height", settings.height, LARGEST_SIDE),
-        ("samples", settings.samples, u32::MAX),
+        ("samples", settings.samples, MOST_SAMPLES),
         ("max_depth", settings.max_depth, LARGEST_DEPTH),
     ] {
         if value < 1 || value > high {
@@ -178,9 +182,9 @@ pub(crate) fn validate(world: &World, settings: &Settings) -> Result<(), RenderE
         let expected = format!("pixels of the frame, which has {}x{}, were expected", settings.width, settings.height);
         return RenderError::setting("region", region, expected);
     }
-    if settings.first_sample.checked_add(settings.samples).is_none() {
-        let expected =
-            format!("with {} samples at most {} was expected", settings.samples, u32::MAX - settings.samples);
+    if settings.first_sample > MOST_SAMPLES - settings.samples {
+        let most = MOST_SAMPLES - settings.samples;
+        let expected = format!("with {} samples at most {most} was expected", settings.samples);
         return RenderError::setting("first_sample", settings.first_sample, expected);
     }
     if let Some(most) = settings.clamp.filter(|most| !(*most > 0.0 && most.is_finite())) {

@@ -116,9 +116,8 @@ impl Tracer<'_> {
     /// The walk to `b`: patient where nothing else finds the path.
     fn walk_settings(&self, b: &Endpoint) -> WalkSettings {
         // A camera's path samples chains that end there, whatever the walk finds.
-        let others = matches!(b, Endpoint::Surface(_)) || !self.world.requirements.delta_lights;
         let walk = self.options.walk;
-        let most = if others { walk.max_iterations.min(HURRIED) } else { walk.max_iterations };
+        let most = if self.lights.is_delta(b) { walk.max_iterations } else { walk.max_iterations.min(HURRIED) };
         WalkSettings { max_iterations: self.options.max_iterations.unwrap_or(most), ..walk }
     }
 
@@ -216,11 +215,8 @@ impl Tracer<'_> {
 
     /// Walks from a pair of ends at most.
     fn seeds(&self, b: &Endpoint) -> u32 {
-        let by_default = match b {
-            Endpoint::Point(_) | Endpoint::Infinite(_) if self.world.requirements.delta_lights => MOST_SEEDS,
-            _ => self.seeds,
-        };
-        self.options.seeds.unwrap_or(by_default)
+        let by_default = || if self.lights.is_delta(b) { MOST_SEEDS } else { self.seeds };
+        self.options.seeds.unwrap_or_else(by_default)
     }
 
     /// `S(a, b)`, if there is one.

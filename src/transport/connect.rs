@@ -262,7 +262,7 @@ impl Tracer<'_> {
             let b = &self.light_vertices[j];
             let (ends, segments) = ([camera.endpoint(), Endpoint::Surface(b.at)], b.segments);
             let (places, straight) = ([Place::Camera, Place::Shape(b.at.shape)], regular.as_ref().map(|r| &r.0));
-            line = self.join_ends(&ends, places, straight, j, segments, |tracer, chain, attempt| {
+            line = self.join_ends(&ends, places, straight, j + 1, segments, |tracer, chain, attempt| {
                 tracer.caustic_to_camera(camera, j, chain, attempt);
             });
         }

@@ -74,6 +74,11 @@ impl OpenEdge {
         }
     }
 
+    /// Samples of next-event estimation across it, if it ends at a light: none from the camera, which has no vertex there.
+    pub(super) fn next_events(&self) -> f64 {
+        if matches!(self.departure, Departure::Camera) { 0.0 } else { 1.0 }
+    }
+
     /// Densities of the closed edge: (forward area density, reverse geometry), and the record.
     /// `cos_end` is 1 and `end` infinite for the environment.
     fn densities(
@@ -154,7 +159,8 @@ impl Tracer<'_> {
         edge.direction = direction;
         match edge.departure {
             Departure::Camera => {
-                // At distance 1, the density per perpendicular area is that per solid angle.
+                // At distance 1, the density per perpendicular area is that per solid angle. (Where a chain follows, only
+                // the latter has a meaning, and only in an edge that is confirmed, which leaves once more.)
                 if let Some(camera) = walk.camera {
                     edge.forward = camera.density(direction, distance_squared.map_or(1.0, f64::sqrt) as f32);
                 }

@@ -44,9 +44,9 @@ impl Interfaces for Refractors<'_> {
                 return sphere.local(self.origin).meet(probe.origin, probe.direction, leaving);
             }
         };
-        let leaves_hint = probe.source == Some(Source { interface, primitive: probe.hint });
-        if !leaves_hint
-            && let facet = mesh.local(probe.hint, self.origin)
+        if let Some(primitive) = probe.hint
+            && probe.source != Some(Source { interface, primitive })
+            && let facet = mesh.local(primitive, self.origin)
             && let Some((t, u, v)) = facet.crossing(probe.origin, probe.direction)
             && t > 0.0
             && u >= 0.0

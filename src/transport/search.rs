@@ -27,7 +27,7 @@ const LEAST_PRESUMED: f64 = 1e-3;
 impl Tracer<'_> {
     /// Probability with which a connection of these ends searches for one more chain.
     pub(super) fn search_probability(&self, b: &Endpoint, seen: &Seen) -> f32 {
-        let delta = matches!(b, Endpoint::Point(_) | Endpoint::Infinite(_)) && self.world.requirements.delta_lights;
+        let delta = self.lights.is_delta(b);
         let probability = self.options.search.unwrap_or(if delta { SEARCH } else { self.search });
         // Through facets where nothing else finds the light, or on demand: panes, too, have their edges.
         let facets = delta || self.options.search.is_some();

@@ -502,7 +502,7 @@ impl<'w> Tracer<'w> {
             return;
         };
         let place = Endpoint::Surface(*at);
-        let (partial, _, record) = self.close(edge, walk, end, &place, 1.0, &mut wo);
+        let (partial, _, record) = self.close(edge, walk, end, &place, edge.next_events(), &mut wo);
         let densities = if record.chain > 0 && record.technique > 0.0 {
             // The direction may have changed in its last bits.
             self.lights.densities(&self.world.shapes, light, &place, (wo, at.p), edge.origin)
@@ -526,7 +526,7 @@ impl<'w> Tracer<'w> {
         let mut end = EdgeEnd { distance_squared: 0.0, cos: 1.0, at_infinity: true, medium: walk.medium };
         let place = Endpoint::Infinite(direction);
         let mut wo = -direction;
-        let (partial, _, record) = self.close(edge, walk, &mut end, &place, 1.0, &mut wo);
+        let (partial, _, record) = self.close(edge, walk, &mut end, &place, edge.next_events(), &mut wo);
         let start = LightVertex { light, at: place, through: walk.ray.origin, densities };
         self.record_hit(walk, edge, (partial, record), radiance, -direction, start);
     }

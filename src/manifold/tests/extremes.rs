@@ -143,10 +143,10 @@ fn a_ring_caustic_ends_without_nan() {
     let ball = [Solid::ball(DVec3::ZERO, 1.0, 1.5)];
     let local = Local { solids: &ball, a: DVec3::Z * -5.0 };
     let d = DVec3::new(0.12, 0.0, 1.0).normalize();
-    let (_, x_1) = local.meet(0, &Probe { origin: DVec3::ZERO, direction: d, source: None, hint: 0 }).unwrap();
+    let (_, x_1) = local.meet(0, &Probe { origin: DVec3::ZERO, direction: d, source: None, hint: None }).unwrap();
     let inside = crate::manifold::refraction::refract(d, x_1.ns, 1.0, 1.5).unwrap();
     let source = Some(Source { interface: 0, primitive: 0 });
-    let (_, x_2) = local.meet(0, &Probe { origin: x_1.p, direction: inside, source, hint: 0 }).unwrap();
+    let (_, x_2) = local.meet(0, &Probe { origin: x_1.p, direction: inside, source, hint: None }).unwrap();
     let out = crate::manifold::refraction::refract(inside, x_2.ns, 1.5, 1.0).unwrap();
     let b = x_2.p + out * (-x_2.p.x / out.x);
     assert!(b.x.abs() < 1e-12 && b.z > x_2.p.z);
@@ -240,7 +240,7 @@ fn an_end_on_the_glass_itself_skips_its_source() {
     let source = Some(Source { interface: 0, primitive: 0 });
     let end = End::Point(DVec3::new(0.2, 0.0, 4.0));
     let d = DVec3::new(0.2, 0.0, 4.0).normalize();
-    let (_, at) = local.meet(0, &Probe { origin: DVec3::ZERO, direction: d, source, hint: 0 }).unwrap();
+    let (_, at) = local.meet(0, &Probe { origin: DVec3::ZERO, direction: d, source, hint: None }).unwrap();
     let mut seed = Seed::default();
     seed.push(Crossing { interface: 0, inward: false, n_i: 1.5, n_o: 1.0 }, &at).unwrap();
     let chain = walk(&local, source, end, &seed, None, &WalkSettings::default()).unwrap();

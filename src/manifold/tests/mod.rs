@@ -78,8 +78,11 @@ impl Interfaces for Local<'_> {
             Surface::Soup(facets) => {
                 let inside = |&(t, u, v): &(f64, f64, f64)| t > 0.0 && u >= 0.0 && v >= 0.0 && u + v <= 1.0;
                 let hit = |f: &Facet| local(f).crossing(o, d).filter(inside).map(|(t, u, v)| (t, u, v, local(f)));
-                let others = facets.iter().filter(|f| Some(f.primitive) != source);
-                let (t, u, v, facet) = others.filter_map(hit).min_by(|x, y| x.0.total_cmp(&y.0))?;
+                let others = || facets.iter().filter(|f| Some(f.primitive) != source);
+                if let Some(hinted) = others().filter(|f| Some(f.primitive) == probe.hint).find_map(hit) {
+                    return Some((hinted.0, hinted.3.at(hinted.1, hinted.2)?));
+                }
+                let (t, u, v, facet) = others().filter_map(hit).min_by(|x, y| x.0.total_cmp(&y.0))?;
                 Some((t, facet.at(u, v)?))
             }
         }
@@ -95,7 +98,7 @@ fn seed(local: &Local, end: End) -> Result<Seed, Rejection> {
     let mut hits = Vec::new();
     for (id, solid) in local.solids.iter().enumerate() {
         let id = id as u32;
-        let mut probe = Probe { origin: DVec3::ZERO, direction, source: None, hint: 0 };
+        let mut probe = Probe { origin: DVec3::ZERO, direction, source: None, hint: None };
         let mut travelled = 0.0;
         // A ray meets each triangle once; the bound is for soups.
         for _ in 0..64 {

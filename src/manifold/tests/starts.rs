@@ -32,6 +32,33 @@ fn there_is_none_if_the_way_back_is_totally_reflected() {
     assert!(starts(&seed(&local, end).unwrap(), end).is_some());
 }
 
+/// Of a pane beside the straight line and one across it behind, a start toward the first goes through that.
+#[test]
+fn a_start_goes_through_what_comes_first() {
+    let facet = |primitive: u32, corners: [[f64; 3]; 3], up: bool| {
+        let [p, q, r] = corners.map(DVec3::from);
+        let corners = if up { [p, q, r] } else { [q, p, r] };
+        Facet { corners, normals: None, primitive }
+    };
+    let across = |y: f64| [[-9.0, y, -9.0], [-9.0, y, 9.0], [30.0, y, 0.0]];
+    // The straight line passes 0.0044 beside the lower side, and 0.015 beside the upper.
+    let lower = [[0.0, 1.0, -1.0], [0.0, 1.0, 1.0], [2.0, 1.0, 0.0]];
+    let upper = [[0.03, 1.1, -1.0], [0.03, 1.1, 1.0], [0.08, 1.1, 0.0]];
+    let panes =
+        vec![facet(0, across(2.0), false), facet(1, across(2.1), true), facet(2, lower, false), facet(3, upper, true)];
+    let solids = [Solid { surface: Surface::Soup(panes), front: 1.0, back: 1.5 }];
+    let a = DVec3::new(-1.0, 0.0, 0.0);
+    let d = DVec3::new(1.005, 1.0, 0.0).normalize();
+    let inside = refract(d, DVec3::NEG_Y, 1.0, 1.5).unwrap();
+    let end = End::Point(d / d.y + inside * (0.1 / inside.y) + d * (3.9 / d.y));
+    let local = Local { solids: &solids, a };
+    let seed = seed(&local, end).unwrap();
+    let through = |vertices: &[Differential]| vertices.iter().map(|v| v.primitive).collect::<Vec<_>>();
+    assert_eq!(through(seed.vertices()), [0, 1]);
+    let chain = walk(&local, None, end, &seed, Some(d), &TIGHT).unwrap();
+    assert_eq!(through(chain.vertices()), [2, 3]);
+}
+
 #[test]
 fn searches_look_near_first_and_everywhere() {
     let mut random = Random::new(3);
