@@ -385,9 +385,16 @@ mutation("noise: of the passes since alone", "src/render/film.rs",
 mutation("light subpaths: forecast as if all paths needed one", "src/render/moments.rs",
          "path.camera_only + number * (1.0 - path.camera_only)", "number", ("options", "as_many_light_subpaths"))
 mutation("forecast: searches as if nothing else found it", "src/render/moments.rs",
-         "divided(added / attempts, 1.0 - path.weight)", "divided(added / attempts, 0.0)", ("lib", "what_is_left_out"))
+         "let others = added / attempts * weight", "let others = added * weight", ("lib", "what_is_left_out"))
+mutation("forecast: the others have all the weight beside searches", "src/render/moments.rs",
+         "* weight * (2.0 - weight * path.weight);", ";", ("lib", "what_is_left_out"))
 mutation("search: no noise of its own in the forecast", "src/render/moments.rs",
          "- added * weight * weight / seldom", "", ("lib", "what_is_left_out"))
+mutation("start: the straight line's triangles come first", "src/manifold/walk.rs",
+         "end, seed, d, None, path)", "end, seed, d, Some(seed.vertices()), path)", ("lib", "a_start_goes_through"))
+mutation("search: a sky counts as a lamp that cannot be hit", "src/emitter/mod.rs",
+         "Endpoint::Infinite(direction) => self.suns.contains(direction),", "Endpoint::Infinite(_) => true,",
+         ("waves", "a_sky_beside"))
 mutation("search: never to lamps", "src/render/pilot.rs",
          "pilot.search = if saved", "pilot.search = if false && saved", ("options", "searches_are_made"))
 
