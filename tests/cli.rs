@@ -314,6 +314,43 @@ fn an_image_of_the_sky_lights_any_scene() {
     assert!(info.contains("times an image of 128x64"), "{info}");
 }
 
+/// A ball of glass without thickness in an environment and without a camera.
+#[test]
+fn files_that_lack_what_a_render_needs() {
+    let folder = Folder::new();
+    let (scene, image) = (folder.path("ball.gltf"), folder.path("a.exr"));
+    let text = r#"{"asset": {"version": "2.0"}, "scenes": [{"nodes": [0], "extras": {"caustica": {"environment": [1, 1, 1]}}}],
+        "nodes": [{"mesh": 0, "extras": {"caustica": {"sphere": {"radius": 2}}}}],
+        "meshes": [{"primitives": [{"attributes": {}, "material": 0}]}],
+        "materials": [{"pbrMetallicRoughness": {"metallicFactor": 0, "roughnessFactor": 0},
+            "extensions": {"KHR_materials_transmission": {"transmissionFactor": 1}}}]}"#;
+    fs::write(&scene, text).expect("a file");
+    let render = |more: &[&str]| {
+        let base = ["render", &scene, "-o", &image, "--size", "8x8", "--spp", "1", "--threads", "1"];
+        expect(0, &[&base, more].concat()).1
+    };
+    let seen = render(&[]);
+    assert!(seen.contains("seen from") && seen.contains("transmits as a thin wall does"), "{seen}");
+    let seen = render(&["--solid-glass", "--look-from", "0,-9,0", "--look-at", "0,1,0", "--fov", "30"]);
+    assert!(!seen.contains("seen from") && !seen.contains("thin"), "{seen}");
+    expect(2, &["render", &scene, "-o", &image, "--look-from", "0,1,2", "--camera", "0"]);
+    expect(2, &["render", &scene, "-o", &image, "--look-from", "0,1"]);
+}
+
+/// Lights of a file are as bright as it is told; white pictures are told.
+#[test]
+fn lights_are_scaled() {
+    let folder = Folder::new();
+    let (one, many, png) = (folder.path("a.exr"), folder.path("b.exr"), folder.path("a.png"));
+    let base = ["render", GLASS, "--size", "16x16", "--spp", "4", "--integrator", "path", "--float"];
+    expect(0, &[&base[..], &["-o", &one]].concat());
+    let (_, err) = expect(0, &[&base[..], &["-o", &many, "-o", &png, "--light-scale", "1024"]].concat());
+    assert!(err.contains("% of the pixels are brighter than white; see --exposure"), "{err}");
+    let table = expect(0, &["compare", &many, &one]).0;
+    let [bright, dim] = ["mean", "reference mean"].map(|name| numbers(&table, name)[0]);
+    assert!((bright / dim / 1024.0 - 1.0).abs() < 1e-3, "{table}");
+}
+
 #[test]
 fn info_says_what_cannot_be_found() {
     let (out, _) = expect(0, &["info", GLASS]);

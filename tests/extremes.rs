@@ -567,6 +567,38 @@ fn glass_that_is_inside_out_is_told() {
     }
 }
 
+/// Glass whose writer forgot that it is solid, and a medium that nothing closes.
+#[test]
+fn glass_that_may_be_meant_otherwise_is_told() {
+    let told = |material: Scattering, open: bool| {
+        let mut b = Builder::default();
+        let glass = b.material(material);
+        let ball = icosphere(0.5, 1, false);
+        let triangles = if open { ball.triangles[1..].to_vec() } else { ball.triangles.clone() };
+        b.mesh(MeshDescription { triangles, ..ball }, glass, DAffine3::IDENTITY);
+        b.0.environment = Rgb::ONE.into();
+        b.commit().warnings.into_iter().map(|w| w.text).collect::<Vec<_>>()
+    };
+    let gltf = |solid: bool, absorption: f32| {
+        Scattering::MetallicRoughness(MetallicRoughness {
+            transmission: 1.0,
+            metallic: 0.0,
+            solid,
+            absorption: Rgb::splat(absorption),
+            ..MetallicRoughness::default()
+        })
+    };
+    let thin = told(gltf(false, 0.0), false);
+    assert!(thin.len() == 1 && thin[0].contains("as a thin wall does"), "{thin:?}");
+    assert!(told(gltf(false, 0.0), true).is_empty() && told(gltf(true, 3.0), false).is_empty());
+    let open = told(gltf(true, 3.0), true);
+    assert!(open.len() == 1 && open[0].contains("absorbs"), "{open:?}");
+    assert!(told(gltf(true, 0.0), true).is_empty());
+    // Who asks for a thin dielectric has it.
+    let film = Scattering::ThinDielectric { ior: 1.3, roughness: 0.0, tint: Rgb::ONE };
+    assert!(told(film, false).is_empty());
+}
+
 #[test]
 fn warnings_stand_once() {
     let mut b = Builder::default();

@@ -28,7 +28,7 @@ fn load(device: &Arc<Device>, scene: Handle<Scene>, path: Text, warning_count: O
     if path.is_empty() {
         return Err(Failure::argument("path", "is empty"));
     }
-    let Loaded { description, warnings } = gltf::load(Path::new(&path)).map_err(failure)?;
+    let Loaded { description, warnings, .. } = gltf::load(Path::new(&path)).map_err(failure)?;
     let Description { meshes, materials, instances, lights, environment, cameras } = description;
 
     // Only cameras get handles, so only they can fail; the scene changes after that.

@@ -243,7 +243,7 @@ pub struct MetallicRoughness {
     pub transmission: f32,
     /// Whether transmission enters a solid (`KHR_materials_volume` thickness > 0) or a thin sheet.
     pub solid: bool,
-    /// Absorption coefficient of the solid, 1/m.
+    /// Absorption coefficient of the solid, 1/m; of no effect in a thin sheet.
     pub absorption: Rgb,
 }
 
@@ -312,6 +312,14 @@ impl LightKind {
         | LightKind::Spot { intensity: strength, .. }
         | LightKind::Directional { irradiance: strength, .. }) = self;
         *strength != Rgb::ZERO
+    }
+
+    /// So many times as bright.
+    pub fn scale(&mut self, by: f32) {
+        let (LightKind::Point { intensity: strength, .. }
+        | LightKind::Spot { intensity: strength, .. }
+        | LightKind::Directional { irradiance: strength, .. }) = self;
+        *strength *= by;
     }
 }
 

@@ -6,6 +6,7 @@ pub mod glass;
 pub mod media;
 mod place;
 mod rebase;
+mod solid;
 mod textured;
 mod validate;
 pub mod world;

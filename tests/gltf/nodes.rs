@@ -95,7 +95,7 @@ fn the_scene_that_the_file_names_is_taken() {
     assert_eq!(loaded.description.instances[0].name, "a");
     assert_warns(&loaded, &["no default scene", "scene 0"]);
     builder.json["scenes"] = json!([]);
-    assert_eq!(builder.error(), "file: scene is 0; the file has 0 of kind scene");
+    assert!(builder.error().ends_with("it has no scene"), "{}", builder.error());
 }
 
 #[test]
@@ -269,7 +269,7 @@ fn a_scene_may_have_an_image_of_its_environment() {
     assert_eq!(error(json!({"environment_image": 1})), format!("{head}1; expected a text"));
     assert_eq!(
         error(json!({"environment_image": "../sky.exr"})),
-        format!("{head}'../sky.exr'; expected a path inside the scene's folder")
+        format!("{head}'../sky.exr'; expected a path inside the scene's folder: copy the file there")
     );
     let missing = error(json!({"environment_image": "none.exr"}));
     assert!(missing.starts_with("scene 0: extras.caustica.environment_image: "), "{missing}");
@@ -362,6 +362,21 @@ fn malformed_lights_are_errors() {
     let loaded = with(json!({"type": "point", "range": 4, "name": "l"})).load().unwrap();
     assert_warns(&loaded, &["light 0 'l': range 4 is ignored"]);
     assert_eq!(loaded.description.lights[0].name, "l", "a node without a name takes its light's");
+}
+
+/// The shape of the picture is a wish, and may be missing.
+#[test]
+fn cameras_tell_the_shape_of_their_picture() {
+    let mut builder = Builder::new();
+    let lens = |aspect: Value| json!({"yfov": 0.5, "znear": 0.1, "aspectRatio": aspect});
+    for aspect in [json!(2), json!(null), json!(-1)] {
+        let camera = builder.push("cameras", json!({"type": "perspective", "perspective": lens(aspect)}));
+        builder.root(json!({"camera": camera}));
+    }
+    let wide = json!({"xmag": 3, "ymag": 2, "znear": 0, "zfar": 10});
+    let camera = builder.push("cameras", json!({"type": "orthographic", "orthographic": wide}));
+    builder.root(json!({"camera": camera}));
+    assert_eq!(builder.load().unwrap().aspects, [Some(2.0), None, None, Some(1.5)]);
 }
 
 fn camera(camera: Value) -> Camera {

@@ -203,6 +203,17 @@ fn coordinates_of_each_type_and_set() {
     assert_warns(&loaded, &["material 0: emissiveTexture is ignored: its texCoord is 1, that of others 0"]);
     assert_eq!(loaded.description.meshes[0].texture_coordinates.len(), 3);
     assert!(loaded.description.materials[0].textures.emission.is_none());
+    // Most of it may have been black.
+    assert_warns(&loaded, &["material 0: it emits nothing without its emissiveTexture"]);
+    assert_eq!(loaded.description.materials[0].emission, Rgb::ZERO);
+}
+
+#[test]
+fn images_of_materials_that_nothing_has_are_not_read() {
+    let mut builder = with(json!({}), &[json!({"uri": "missing.png"})]);
+    builder.push("materials", json!({"emissiveTexture": {"index": 0}, "emissiveFactor": [1, 1, 1]}));
+    let loaded = builder.load().unwrap();
+    assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
 }
 
 #[test]

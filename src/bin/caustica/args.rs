@@ -1,5 +1,6 @@
 //! The command line as typed.
 
+use crate::view::View;
 use crate::{Failure, scene};
 use caustica::camera::Region;
 use caustica::intersect::Backend;
@@ -100,9 +101,9 @@ pub(crate) struct Picture {
     /// Longest path in segments; 1 is light seen directly
     #[arg(long, value_name = "N", default_value_t = 12, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) max_depth: u32,
-    /// Image size in pixels
-    #[arg(long, value_name = "WxH", default_value = "512x512", value_parser = size)]
-    pub(crate) size: (u32, u32),
+    /// Image size in pixels [default: 512 high, as wide as the camera says, else 512]
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub(crate) size: Option<(u32, u32)>,
     /// Render these pixels alone, at column X and row Y; an EXR or TIFF says where they are
     #[arg(long, value_name = "WxH+X+Y", value_parser = region)]
     pub(crate) region: Option<Region>,
@@ -112,6 +113,15 @@ pub(crate) struct Picture {
     /// Which of the scene's cameras [default: the first]
     #[arg(long, value_name = "NAME|INDEX")]
     pub(crate) camera: Option<String>,
+    #[command(flatten)]
+    pub(crate) view: View,
+    /// Makes thin walls of glass that close around an inside solid: for files whose writers left the thickness at 0
+    #[arg(long)]
+    pub(crate) solid_glass: bool,
+    /// Multiplies point, spot and directional lights: 0.001464 (1/683) where the writer turned watts into lumens, as
+    /// Blender does unless its lighting mode is Unitless
+    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = positive)]
+    pub(crate) light_scale: f64,
     /// Ray tracer [default: embree where it is built in]
     #[arg(long, value_enum)]
     pub(crate) backend: Option<BackendName>,
@@ -181,14 +191,25 @@ impl Picture {
         self.backend.map_or_else(Backend::default, Into::into)
     }
 
-    /// The settings that these say; the others are the library's.
-    pub(crate) fn settings(&self, cameras: &[Camera]) -> Result<Settings, Failure> {
+    /// Size of the image, of whose shape a camera says what it was meant for.
+    pub(crate) fn size(&self, aspect: Option<f64>) -> (u32, u32) {
+        let Settings { width, height, .. } = Settings::default();
+        let wide = aspect.map_or(width, |aspect| (f64::from(height) * aspect).round().clamp(1.0, 65536.0) as u32);
+        self.size.unwrap_or((wide, height))
+    }
+
+    /// The settings that these say, for cameras that were meant for pictures of these shapes; the others are the library's.
+    pub(crate) fn settings(&self, cameras: &[Camera], aspects: &[Option<f64>]) -> Result<Settings, Failure> {
+        // The last of them if it was put there.
+        let camera =
+            if self.view.is_asked_for() { cameras.len() - 1 } else { scene::camera(cameras, self.camera.as_deref())? };
+        let (width, height) = self.size(aspects.get(camera).copied().flatten());
         Ok(Settings {
-            width: self.size.0,
-            height: self.size.1,
+            width,
+            height,
             region: self.region,
             first_sample: self.first_sample,
-            camera: scene::camera(cameras, self.camera.as_deref())?,
+            camera,
             max_depth: self.max_depth,
             seed: self.seed,
             caustics: match self.caustics {

@@ -3,6 +3,7 @@
 use crate::args::Backends;
 use crate::console::{self, Console};
 use crate::progress::{Meter, spaced};
+use crate::scene::Opened;
 use crate::{Failure, compare, scene, units};
 use caustica::geometry::Ray;
 use caustica::intersect::{self, Backend};
@@ -18,7 +19,7 @@ use std::time::Instant;
 pub(crate) fn run(args: &Backends) -> Result<(), Failure> {
     let console = Console { quiet: false };
     let options = |backend| CommitOptions { backend, threads: args.threads };
-    let (description, embree) = scene::open(&args.scene, options(Backend::Embree), None, console)?;
+    let Opened { description, world: embree, .. } = scene::open(&args.scene, options(Backend::Embree), None, console)?;
     let obvhs = scene::commit(&args.scene, &description, options(Backend::Obvhs))?;
     let rays = rays(&embree, args.rays, args.seed)?;
 

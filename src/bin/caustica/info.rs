@@ -2,6 +2,7 @@
 
 use crate::args::Info;
 use crate::{Failure, console, scene, units};
+use caustica::io::gltf::Loaded;
 use caustica::math::Rgb;
 use caustica::scene::CommitOptions;
 use caustica::scene::description::{
@@ -14,7 +15,7 @@ use std::fmt::Write;
 pub(crate) fn run(args: &Info) -> Result<(), Failure> {
     let loaded = scene::load(&args.scene)?;
     let mut text = format!("{}\n", args.scene.display());
-    describe(&mut text, &loaded.description)?;
+    describe(&mut text, &loaded)?;
     // What the file says is worth seeing even where the scene cannot be rendered.
     let world = scene::commit(&args.scene, &loaded.description, CommitOptions::default());
     let of_world = world.iter().flat_map(|world| &world.warnings).map(ToString::to_string);
@@ -38,7 +39,7 @@ pub(crate) fn run(args: &Info) -> Result<(), Failure> {
 }
 
 /// Names are printed quoted and escaped: they come from the file.
-fn describe(out: &mut String, d: &Description) -> Result<(), Failure> {
+fn describe(out: &mut String, Loaded { description: d, aspects, .. }: &Loaded) -> Result<(), Failure> {
     let vertices: usize = d.meshes.iter().map(|mesh| mesh.positions.len()).sum();
     let triangles: usize = d.meshes.iter().map(|mesh| mesh.triangles.len()).sum();
     list(out, "meshes", d.meshes.len())?;
@@ -79,8 +80,9 @@ fn describe(out: &mut String, d: &Description) -> Result<(), Failure> {
     }
 
     list(out, "cameras", d.cameras.len())?;
-    for (i, camera) in d.cameras.iter().enumerate() {
-        writeln!(out, "    {i} {:?}: {}", camera.name, view(camera))?;
+    for (i, (camera, aspect)) in d.cameras.iter().zip(aspects).enumerate() {
+        let shape = aspect.map_or(String::new(), |aspect| format!(", {aspect:.4} times as wide as high"));
+        writeln!(out, "    {i} {:?}: {}{shape}", camera.name, view(camera))?;
     }
     Ok(())
 }

@@ -13,6 +13,7 @@ mod progress;
 mod render;
 mod scene;
 mod units;
+mod view;
 mod walks;
 
 use args::{Cli, Command};

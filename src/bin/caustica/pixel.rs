@@ -2,6 +2,7 @@
 
 use crate::args::Pixel;
 use crate::console::{self, Console};
+use crate::scene::Opened;
 use crate::{Failure, scene, units, walks};
 use caustica::camera::{Endpoint, Region};
 use caustica::integrator::{Contribution, Observer};
@@ -19,11 +20,12 @@ use glam::{DVec3, Vec3};
 pub(crate) fn run(args: &Pixel) -> Result<(), Failure> {
     args.picture.check_used(args.integrator);
     let commit = CommitOptions { backend: args.picture.backend(), threads: 0 };
-    let (description, world) = scene::open(&args.scene, commit, Some(&args.picture), Console { quiet: false })?;
+    let Opened { description, aspects, world } =
+        scene::open(&args.scene, commit, Some(&args.picture), Console { quiet: false })?;
     let settings = Settings {
         integrator: args.integrator.into(),
         samples: args.spp,
-        ..args.picture.settings(&description.cameras)?
+        ..args.picture.settings(&description.cameras, &aspects)?
     };
     let mut probe = Probe::new(&world, &settings)?;
     let kinds = (0..world.shapes.len() as u32).map(|shape| kind(probe.tracer().factors(shape))).collect();

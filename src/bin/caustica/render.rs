@@ -3,6 +3,7 @@
 use crate::args::{Cli, ImageIoName, Render};
 use crate::console::{self, Console};
 use crate::progress::{self, Meter};
+use crate::scene::Opened;
 use crate::{Failure, INTERRUPTED, scene, units, walks};
 use caustica::io::image::{self, ImageIo, Metadata, WriteOptions};
 use caustica::math::luminance;
@@ -38,7 +39,7 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     }
 
     let commit = CommitOptions { backend: args.picture.backend(), threads: args.threads };
-    let (description, world) = scene::open(&args.scene, commit, Some(&args.picture), console)?;
+    let Opened { description, aspects, world } = scene::open(&args.scene, commit, Some(&args.picture), console)?;
     let settings = Settings {
         integrator,
         samples: samples(args),
@@ -49,7 +50,7 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         features: args.features.is_some(),
         per_technique: args.strategies.is_some(),
         caustics_only: args.caustics_only,
-        ..args.picture.settings(&description.cameras)?
+        ..args.picture.settings(&description.cameras, &aspects)?
     };
     let first_strategy = technique_file((0, 2), "");
     for (dir, file) in [(&args.strategies, first_strategy.as_str()), (&args.features, FEATURE_FILES[0])] {
@@ -267,6 +268,12 @@ fn write(
         let what = units::count(written.clamped as usize, "pixel was", "pixels were");
         console.warn(&format!("{}: {what} cut to the range of the format; see --float", path.display()));
     }
+    // Lamps in the picture are no mistake.
+    let pixels = image.pixels.len() as u64;
+    if written.white > pixels / 4 {
+        let share = 100 * written.white / pixels;
+        console.warn(&format!("{}: {share} % of the pixels are brighter than white; see --exposure", path.display()));
+    }
     if written.too_dim {
         console.warn(&format!("{}: most pixels are too dim for the format's digits; see --float", path.display()));
     }
@@ -292,7 +299,7 @@ mod tests {
     fn defaults_are_those_of_the_library() {
         let (args, library) = (parsed(&[]), Settings::default());
         assert_eq!(Integrator::from(args.integrator), library.integrator);
-        assert_eq!(args.picture.size, (library.width, library.height));
+        assert_eq!(args.picture.size(None), (library.width, library.height));
         assert_eq!(samples(&args), library.samples);
         assert_eq!(args.picture.max_depth, library.max_depth);
         assert_eq!((args.picture.seed, args.threads), (library.seed, library.threads));

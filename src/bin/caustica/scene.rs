@@ -3,6 +3,7 @@
 use crate::Failure;
 use crate::args::{Picture, Surroundings};
 use crate::console::Console;
+use crate::view::View;
 use caustica::io::gltf::{self, Loaded};
 use caustica::io::image::read_environment;
 use caustica::math::Rgb;
@@ -22,26 +23,55 @@ pub(crate) fn commit(path: &Path, description: &Description, options: CommitOpti
     World::commit(description, options).map_err(|error| at(path, &error))
 }
 
+/// A file, as it is rendered.
+pub(crate) struct Opened {
+    pub(crate) description: Description,
+    /// See [`Loaded::aspects`].
+    pub(crate) aspects: Vec<Option<f64>>,
+    pub(crate) world: World,
+}
+
 /// Both, with the warnings printed, and with what `picture` puts in place of what the scene says.
 pub(crate) fn open(
     path: &Path,
     options: CommitOptions,
     picture: Option<&Picture>,
     console: Console,
-) -> Result<(Description, World), Failure> {
+) -> Result<Opened, Failure> {
     let mut loaded = load(path)?;
+    let scene = &mut loaded.description;
     if let Some(picture) = picture {
+        if picture.solid_glass {
+            scene.solidify();
+        }
+        scene.lights.iter_mut().for_each(|light| light.kind.scale(picture.light_scale as f32));
         let walked_roughness = picture.connections.walked_roughness;
-        for material in &mut loaded.description.materials {
+        for material in &mut scene.materials {
             material.walked_roughness = walked_roughness.unwrap_or(material.walked_roughness);
         }
-        surround(&mut loaded.description.environment, &picture.surroundings)?;
+        surround(&mut scene.environment, &picture.surroundings)?;
+    }
+    let given = View::default();
+    let view = picture.map_or(&given, |picture| &picture.view);
+    if view.is_asked_for() || scene.cameras.is_empty() {
+        let camera = view.camera(scene);
+        if view.look_from.is_none() {
+            let at = camera.transform.translation;
+            console.note(&format!(
+                "{}: seen from {:.4},{:.4},{:.4}; see --look-from",
+                path.display(),
+                at.x,
+                at.y,
+                at.z
+            ));
+        }
+        scene.cameras.push(camera);
     }
     let world = commit(path, &loaded.description, options)?;
     for warning in loaded.warnings.iter().cloned().chain(world.warnings.iter().map(ToString::to_string)) {
         console.warn(&format!("{}: {warning}", path.display()));
     }
-    Ok((loaded.description, world))
+    Ok(Opened { description: loaded.description, aspects: loaded.aspects, world })
 }
 
 fn surround(environment: &mut Environment, by: &Surroundings) -> Result<(), Failure> {
@@ -59,10 +89,11 @@ fn surround(environment: &mut Environment, by: &Surroundings) -> Result<(), Fail
     Ok(())
 }
 
-/// The camera a user asked for: by its name, else by its index; the first if nothing was said.
+/// Which of the cameras, of which there are some, a user asked for: by its name, else by its index; the first if nothing was
+/// said.
 pub(crate) fn camera(cameras: &[Camera], wanted: Option<&str>) -> Result<usize, Failure> {
     let Some(wanted) = wanted else {
-        return if cameras.is_empty() { Err("the scene has no camera".into()) } else { Ok(0) };
+        return Ok(0);
     };
     if let Some(index) = cameras.iter().position(|camera| camera.name == wanted) {
         return Ok(index);
@@ -109,6 +140,5 @@ mod tests {
         let error = camera(&named(&["front"]), Some("back")).unwrap_err().to_string();
         assert!(error.contains("\"back\"") && error.contains("0 \"front\""), "{error}");
         assert!(camera(&named(&["front"]), Some("1")).is_err());
-        assert!(camera(&[], None).is_err());
     }
 }

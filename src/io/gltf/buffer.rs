@@ -126,31 +126,35 @@ pub(super) fn relative_path(uri: &str, field: &str, object: &Object) -> Result<P
     if let Some((scheme, _)) = uri.split_once(':').filter(|(scheme, _)| !scheme.contains('/')) {
         return Err(object.unsupported(format!("a URI with the scheme '{scheme}'")));
     }
-    let outside = || object.invalid(field, format!("'{uri}'"), "expected a path inside the scene's folder");
+    let wrong = |expected: &str| object.invalid(field, format!("'{uri}'"), expected);
+    let outside = || wrong("expected a path inside the scene's folder: copy the file there");
     let decoded = percent_decode(uri).filter(|path| !path.contains('\0')).ok_or_else(outside)?;
+    // What Unix takes for part of a name, Windows takes for a way out.
+    if decoded.contains('\\') {
+        return Err(wrong("expected / between folders, not \\"));
+    }
     let mut path = PathBuf::new();
     for component in Path::new(&decoded).components() {
         match component {
-            // What Unix takes for part of a name, Windows takes for a way out.
-            Component::Normal(name) if !decoded.contains('\\') => path.push(name),
+            Component::Normal(name) => path.push(name),
             Component::CurDir => {}
+            Component::ParentDir if path.pop() => {}
             _ => return Err(outside()),
         }
     }
     if path.as_os_str().is_empty() { Err(outside()) } else { Ok(path) }
 }
 
-/// Resolves `%20` and the like (RFC 3986, 2.1).
+/// Resolves `%20` and the like (RFC 3986, 2.1); a `%` that no two digits follow was meant as it stands.
 fn percent_decode(uri: &str) -> Option<String> {
+    let digit = |byte: u8| char::from(byte).to_digit(16);
+    let digits = |pair: &[u8]| Some((digit(pair[0])? * 16 + digit(pair[1])?) as u8);
     let mut bytes = Vec::with_capacity(uri.len());
-    let mut rest = uri.bytes();
-    while let Some(byte) = rest.next() {
-        if byte == b'%' {
-            let mut digit = || char::from(rest.next()?).to_digit(16);
-            bytes.push((digit()? * 16 + digit()?) as u8);
-        } else {
-            bytes.push(byte);
-        }
+    let mut rest = uri.as_bytes();
+    while let [byte, after @ ..] = rest {
+        let escaped = after.get(..2).filter(|_| *byte == b'%').and_then(digits);
+        bytes.push(escaped.unwrap_or(*byte));
+        rest = if escaped.is_some() { &after[2..] } else { after };
     }
     String::from_utf8(bytes).ok()
 }

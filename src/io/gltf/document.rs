@@ -82,10 +82,9 @@ impl<'a> Document<'a> {
                 return Err(asset.unsupported(format!("extension '{name}', which the file requires,")));
             }
         }
-        for name in &root.extensions_used {
-            if !SUPPORTED.contains(&name.as_str()) {
-                warnings.push(format!("extension '{}' is not supported and ignored", shown(name)));
-            }
+        for (name, users) in unsupported(&root) {
+            let users = if users.is_empty() { String::new() } else { format!(" (by {})", listed(&users)) };
+            warnings.push(format!("extension '{}' is not supported and ignored{users}", shown(name)));
         }
         for (count, what) in [(root.animations.len(), "animations"), (root.skins.len(), "skins")] {
             if count > 0 {
@@ -126,6 +125,41 @@ impl<'a> Document<'a> {
     pub(super) fn literal(&self, pointer: &str) -> String {
         literal(self.json, pointer).map_or("unknown".into(), |value| value.to_string())
     }
+}
+
+/// Extensions that the file says it uses, in its order, then others that it uses all the same; and the materials and nodes
+/// that do.
+fn unsupported(root: &Root) -> Vec<(&str, Vec<String>)> {
+    let mut found: Vec<(&str, Vec<String>)> = Vec::new();
+    let mut add = |name, user: Option<String>| {
+        if !SUPPORTED.contains(&name) {
+            let at = found.iter().position(|(other, _)| *other == name);
+            let at = at.unwrap_or_else(|| {
+                found.push((name, Vec::new()));
+                found.len() - 1
+            });
+            found[at].1.extend(user);
+        }
+    };
+    root.extensions_used.iter().for_each(|name| add(name, None));
+    for (i, material) in root.materials.iter().enumerate() {
+        let user = || Object { kind: "material", index: Some(i), name: material.name.clone().unwrap_or_default() };
+        let others = material.extensions.iter().flat_map(|extensions| extensions.others.keys());
+        others.for_each(|name| add(name, Some(user().to_string())));
+    }
+    for (i, node) in root.nodes.iter().enumerate() {
+        let user = || Object { kind: "node", index: Some(i), name: node.name.clone().unwrap_or_default() };
+        let others = node.extensions.iter().flat_map(|extensions| extensions.others.keys());
+        others.for_each(|name| add(name, Some(user().to_string())));
+    }
+    found
+}
+
+/// The first few of them.
+fn listed(names: &[String]) -> String {
+    const FEW: usize = 3;
+    let first = names[..names.len().min(FEW)].join(", ");
+    if names.len() > FEW { format!("{first} and {} more", names.len() - FEW) } else { first }
 }
 
 /// A second try at what some writers get wrong and what the typed document insists on: values that are null instead of

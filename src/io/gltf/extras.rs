@@ -24,6 +24,11 @@ impl<'a> Caustica<'a> {
                 .map(Value::take),
             None => None,
         };
+        // Programs whose properties are texts write one.
+        let value = match value {
+            Some(Value::String(text)) => Some(serde_json::from_str(&text).unwrap_or(Value::String(text))),
+            value => value,
+        };
         match value {
             Some(Value::Object(map)) => Ok(Caustica { object, map }),
             Some(value) => Err(object.invalid("extras.caustica", value, "expected an object")),

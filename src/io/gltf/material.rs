@@ -13,6 +13,7 @@ use gltf::json::material::AlphaMode;
 use gltf::json::texture::{Info, Texture};
 use gltf::json::validation::Checked;
 use gltf::json::{self, Index};
+use std::collections::HashSet;
 
 /// A material, and the set of texture coordinates that it needs, if it has textures.
 pub(super) struct Converted {
@@ -20,16 +21,18 @@ pub(super) struct Converted {
     pub(super) set: Option<u32>,
 }
 
-/// All materials of the file, in its order.
+/// All materials of the file, in its order; images of those alone that a mesh has.
 pub(super) fn convert_all(
     document: &Document,
     images: &mut Images,
     warnings: &mut Vec<String>,
 ) -> Result<Vec<Converted>, GltfError> {
+    let primitives = || document.root.meshes.iter().flat_map(|mesh| &mesh.primitives);
+    let used: HashSet<usize> = primitives().filter_map(|p| p.material).map(|index| index.value()).collect();
     let mut materials = Vec::with_capacity(document.root.materials.len());
     for (i, material) in document.root.materials.iter().enumerate() {
         let object = Object { kind: "material", index: Some(i), name: material.name.clone().unwrap_or_default() };
-        materials.push(convert(document, material, &object, images, warnings)?);
+        materials.push(convert(document, material, &object, used.contains(&i), images, warnings)?);
     }
     Ok(materials)
 }
@@ -51,6 +54,7 @@ fn convert(
     document: &Document,
     material: &json::Material,
     object: &Object,
+    used: bool,
     images: &mut Images,
     warnings: &mut Vec<String>,
 ) -> Result<Converted, GltfError> {
@@ -71,7 +75,10 @@ fn convert(
         specular_color: object.all_finite("specularColorFactor", specular.specular_color_factor.0)?.into(),
         transmission: object.finite("transmissionFactor", transmission.transmission_factor.0)?,
         solid,
-        absorption: if solid { absorption(&volume, object)?.unwrap_or(Rgb::ZERO) } else { Rgb::ZERO },
+        // Of thin walls it has no effect, unless they are made solid.
+        absorption: absorption(&volume, object)
+            .or_else(|e| if solid { Err(e) } else { Ok(None) })?
+            .unwrap_or(Rgb::ZERO),
     };
     if model.transmission > 0.0 && (model.specular, model.specular_color) != (1.0, Rgb::ONE) {
         let what = "specularFactor and specularColorFactor are ignored where light is transmitted";
@@ -81,11 +88,11 @@ fn convert(
     let strength = extensions.emissive_strength.unwrap_or_default().emissive_strength.0;
     let strength = object.finite("emissiveStrength", strength)?;
     let factor = object.all_finite("emissiveFactor", material.emissive_factor.0)?;
-    let emission = object.all_finite("emissiveFactor * emissiveStrength", factor.map(|c| c * strength))?;
+    let mut emission = object.all_finite("emissiveFactor * emissiveStrength", factor.map(|c| c * strength))?;
 
     let mut set = None;
     let mut map = |info: &Option<Info>, encoding, slot: &str, factor: f32| {
-        let Some(info) = info.as_ref().filter(|_| factor > 0.0) else { return Ok(None) };
+        let Some(info) = info.as_ref().filter(|_| used && factor > 0.0) else { return Ok(None) };
         let wanted = texture::set(info);
         if let Some(first) = set.filter(|&first| first != wanted) {
             warnings.push(format!("{object}: {slot} is ignored: its texCoord is {wanted}, that of others {first}"));
@@ -101,6 +108,7 @@ fn convert(
     let metallic_roughness = map(&pbr.metallic_roughness_texture, Encoding::Linear, slot, opaque)?;
     let glow = Rgb::from(emission).max_element();
     let emissive = map(&material.emissive_texture, Encoding::Srgb, "emissiveTexture", glow)?;
+    let lost = used && glow > 0.0 && material.emissive_texture.is_some() && emissive.is_none();
     let normal = match &material.normal_texture {
         Some(normal) if !(solid && model.transmission > 0.0) => {
             let scale = object.finite("normalTexture.scale", normal.scale)?;
@@ -109,6 +117,11 @@ fn convert(
         }
         _ => None,
     };
+    if lost {
+        // Most of it may be black.
+        emission = [0.0; 3];
+        warnings.push(format!("{object}: it emits nothing without its emissiveTexture"));
+    }
     if normal.is_none() && solid && model.transmission > 0.0 && material.normal_texture.is_some() {
         warnings.push(format!("{object}: normalTexture is ignored where light is refracted"));
     }

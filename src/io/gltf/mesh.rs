@@ -51,6 +51,11 @@ pub(super) fn convert(
         warn(&format!("primitives[{number}] has no POSITION and is skipped"));
         return Ok(None);
     };
+    let empty = |index| document.root.get(index).is_some_and(|accessor: &json::Accessor| accessor.count.0 == 0);
+    if empty(positions) || primitive.indices.is_some_and(empty) {
+        warn(&format!("primitives[{number}] has no triangle and is skipped"));
+        return Ok(None);
+    }
     if attribute(Semantic::Colors(0)).is_some() {
         warn(&format!("{} is ignored", field("attributes.COLOR_0")));
     }

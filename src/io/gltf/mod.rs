@@ -39,6 +39,8 @@ use std::path::Path;
 pub struct Loaded {
     /// The scene; its numbers are finite but for vertex data, their ranges are checked at commit.
     pub description: Description,
+    /// Of each camera, width over height of the picture that it was meant for, where the file says so.
+    pub aspects: Vec<Option<f64>>,
     /// What the file asks for and is not rendered, each naming its object.
     pub warnings: Vec<String>,
 }
@@ -69,6 +71,6 @@ fn convert(bytes: &[u8], base: Option<&Path>) -> Result<Loaded, GltfError> {
     let mut budget = budget::Budget::of_input(bytes.len() + buffers.external_bytes());
     let mut images = texture::Images::new(&document, &buffers, base);
     let materials = material::convert_all(&document, &mut images, &mut warnings)?;
-    let description = node::convert_scene(&document, &buffers, base, materials, &mut budget, &mut warnings)?;
-    Ok(Loaded { description, warnings })
+    let (description, aspects) = node::convert_scene(&document, &buffers, base, materials, &mut budget, &mut warnings)?;
+    Ok(Loaded { description, aspects, warnings })
 }

@@ -37,11 +37,14 @@ pub(super) fn convert_scene(
     materials: Vec<Converted>,
     budget: &mut Budget,
     warnings: &mut Vec<String>,
-) -> Result<Description, GltfError> {
+) -> Result<(Description, Vec<Option<f64>>), GltfError> {
     let file = Object { kind: "file", index: None, name: String::new() };
     let index = document.root.scene.unwrap_or(Index::new(0));
     if document.root.scene.is_none() && document.root.scenes.len() > 1 {
         warnings.push(format!("the file names no default scene: {} is taken", document.object(index)));
+    }
+    if document.root.scenes.is_empty() {
+        return Err(GltfError::NotGltf("it has no scene".to_owned()));
     }
     let scene = document.get(index, &file, "scene")?;
     let object = document.object(index);
@@ -60,9 +63,10 @@ pub(super) fn convert_scene(
         sets,
         meshes: HashMap::new(),
         default_material: None,
+        aspects: Vec::new(),
     };
     walk.run(scene, &object)?;
-    Ok(walk.description)
+    Ok((walk.description, walk.aspects))
 }
 
 /// What surrounds the scene: `environment` and, from a file in the folder `base`, `environment_image` with
@@ -97,6 +101,8 @@ struct Walk<'a> {
     /// Mesh of the description by what it is made of; `None` for one without triangles.
     meshes: HashMap<MeshKey, Option<usize>>,
     default_material: Option<usize>,
+    /// See [`super::Loaded::aspects`].
+    aspects: Vec<Option<f64>>,
 }
 
 /// Primitives of one key are the same triangles: writers give each material a mesh of its own, over the same accessors.
@@ -192,7 +198,8 @@ impl<'a> Walk<'a> {
             self.description.lights.push(light);
         }
         if let Some(camera) = node.camera {
-            let camera = convert_camera(self.document, camera, object, transform)?;
+            let (camera, aspect) = convert_camera(self.document, camera, object, transform)?;
+            self.aspects.push(aspect);
             self.budget.charge(1, size_of::<Camera>() + camera.name.len(), object)?;
             self.description.cameras.push(camera);
         }
@@ -360,25 +367,29 @@ fn convert_camera(
     index: Index<json::Camera>,
     node: &Object,
     transform: DAffine3,
-) -> Result<Camera, GltfError> {
+) -> Result<(Camera, Option<f64>), GltfError> {
     let camera = document.get(index, node, "camera")?;
     let object = document.object(index);
     let missing = |field| object.invalid(field, "missing", "the camera's type needs it");
-    let projection = match camera.type_ {
+    let (projection, aspect) = match camera.type_ {
         Checked::Valid(CameraType::Perspective) => {
             let lens = camera.perspective.as_ref().ok_or_else(|| missing("perspective"))?;
-            Projection::Perspective { yfov: object.finite("perspective.yfov", lens.yfov)?.into() }
+            let yfov = object.finite("perspective.yfov", lens.yfov)?.into();
+            (Projection::Perspective { yfov }, lens.aspect_ratio)
         }
         Checked::Valid(CameraType::Orthographic) => {
             let lens = camera.orthographic.as_ref().ok_or_else(|| missing("orthographic"))?;
-            Projection::Orthographic { ymag: object.finite("orthographic.ymag", lens.ymag)?.into() }
+            let ymag = object.finite("orthographic.ymag", lens.ymag)?;
+            (Projection::Orthographic { ymag: ymag.into() }, Some(lens.xmag / ymag))
         }
         Checked::Invalid => {
             let value = document.literal(&format!("/cameras/{index}/type"));
             return Err(object.invalid("type", value, "expected perspective or orthographic"));
         }
     };
-    Ok(Camera { name: name_of(node, camera), transform, projection })
+    // No more than a wish.
+    let aspect = aspect.map(f64::from).filter(|aspect| *aspect > 0.0 && aspect.is_finite());
+    Ok((Camera { name: name_of(node, camera), transform, projection }, aspect))
 }
 
 /// The name of a node, else of what it carries, else its number.

@@ -74,6 +74,8 @@ pub struct Written {
     /// Pixels beyond the range of the format's samples, written at its end: over 65504 in half,
     /// below 0 in RGBE. 8-bit formats, which clip by design, are not counted.
     pub clamped: u64,
+    /// Pixels of 8-bit formats that are white although they are brighter: see [`WriteOptions::exposure`].
+    pub white: u64,
     /// Whether half floats hold most of its pixels with fewer digits than they have for brighter ones.
     pub too_dim: bool,
 }

@@ -57,6 +57,8 @@ impl Picture {
                 let scale = options.exposure.exp2();
                 // 0 * inf is NaN: black stays black at any exposure.
                 let expose = |x: f32| if x == 0.0 { 0 } else { srgb::encode(x * scale) };
+                let white = |p: &&Rgb| p.is_finite() && p.min_element() * scale > 1.0;
+                written.white = image.pixels.iter().filter(white).count() as u64;
                 Samples::Bytes(collect(image, |p| finite(p).to_array().map(expose))?)
             }
             Format::Exr if options.half => {

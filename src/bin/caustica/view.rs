@@ -1,0 +1,105 @@
+//! Cameras that a scene does not have.
+
+use caustica::scene::description::{Camera, Description, Projection};
+use clap::Args;
+use glam::{DAffine3, DMat3, DVec3};
+
+/// In place of the scene's cameras.
+#[derive(Debug, Default, Args)]
+pub(crate) struct View {
+    /// Look from there instead of from a camera of the scene [default: where all is seen, if the scene has none]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point, conflicts_with = "camera")]
+    pub(crate) look_from: Option<DVec3>,
+    /// Look at this, in the middle of the picture [default: the middle of the scene]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point, conflicts_with = "camera")]
+    pub(crate) look_at: Option<DVec3>,
+    /// Height of the view of --look-from and of scenes without cameras [default: 40]
+    #[arg(long, value_name = "DEGREES", value_parser = angle, conflicts_with = "camera")]
+    pub(crate) fov: Option<f64>,
+}
+
+impl View {
+    /// Whether a camera of the scene is not enough.
+    pub(crate) fn is_asked_for(&self) -> bool {
+        self.look_from.is_some() || self.look_at.is_some() || self.fov.is_some()
+    }
+
+    /// The camera that is asked for; else one that sees all, from above its front.
+    pub(crate) fn camera(&self, scene: &Description) -> Camera {
+        let (low, high) = scene.bounds().unwrap_or((DVec3::NEG_ONE, DVec3::ONE));
+        let target = self.look_at.unwrap_or((low + high) / 2.0);
+        let yfov = self.fov.unwrap_or(40.0).to_radians();
+        let around = |corner: DVec3| (corner - target).abs();
+        let radius = around(low).max(around(high)).length().max(f64::MIN_POSITIVE);
+        let from = self
+            .look_from
+            .unwrap_or_else(|| target + DVec3::new(0.5, 0.4, 1.0).normalize() * radius / f64::sin(yfov / 2.0).min(0.9));
+        let back = (from - target).normalize_or(DVec3::Z);
+        let right = DVec3::Y.cross(back).normalize_or(DVec3::X);
+        let matrix3 = DMat3::from_cols(right, back.cross(right), back);
+        Camera {
+            name: "view".to_owned(),
+            transform: DAffine3 { matrix3, translation: from },
+            projection: Projection::Perspective { yfov },
+        }
+    }
+}
+
+fn point(text: &str) -> Result<DVec3, String> {
+    let numbers: Vec<_> =
+        text.split(',').filter_map(|x| x.trim().parse().ok().filter(|x: &f64| x.is_finite())).collect();
+    match (numbers[..].try_into(), text.split(',').count()) {
+        (Ok(point), 3) => Ok(DVec3::from_array(point)),
+        _ => Err("expected three numbers, as in 0,1.5,-2".into()),
+    }
+}
+
+fn angle(text: &str) -> Result<f64, String> {
+    let degrees = text.parse().ok().filter(|x: &f64| *x > 0.0 && *x < 180.0);
+    degrees.ok_or_else(|| "expected an angle between 0 and 180 degrees".into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use caustica::scene::description::{Geometry, Instance};
+
+    fn ball(at: DVec3, radius: f64) -> Description {
+        let (geometry, transform) = (Geometry::Sphere { radius }, DAffine3::from_translation(at));
+        let instance = Instance { name: String::new(), geometry, material: 0, transform };
+        Description { instances: vec![instance], ..Description::default() }
+    }
+
+    #[test]
+    fn points_and_angles() {
+        assert_eq!(point("0, -1.5,2e3"), Ok(DVec3::new(0.0, -1.5, 2e3)));
+        for wrong in ["", "1,2", "1,2,3,4", "1,x,3", "1,,3", "1,inf,3"] {
+            assert!(point(wrong).is_err(), "{wrong}");
+        }
+        assert!(angle("0").is_err() && angle("180").is_err() && angle("90") == Ok(90.0));
+    }
+
+    #[test]
+    fn all_is_seen_from_where_nothing_is_said() {
+        for radius in [1e-3, 1.0, 1e5] {
+            let center = DVec3::new(7.0, -3.0, 2.0) * radius;
+            let camera = View::default().camera(&ball(center, radius));
+            let seen = camera.transform.inverse().transform_point3(center);
+            // The ball in the middle, within 40 degrees.
+            assert!(seen.x.abs() + seen.y.abs() < 1e-9 * radius && seen.z < 0.0, "{seen}");
+            assert!((radius / -seen.z).asin() < 20f64.to_radians());
+            assert!((camera.transform.matrix3.determinant() - 1.0).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_view_is_the_one_that_is_asked_for() {
+        let from = Some(DVec3::new(0.0, 4.0, 0.0));
+        let view = View { look_from: from, look_at: Some(DVec3::new(0.0, 1.0, 0.0)), fov: Some(90.0) };
+        assert!(view.is_asked_for() && !View::default().is_asked_for());
+        let camera = view.camera(&ball(DVec3::ZERO, 1.0));
+        // Straight down, which leaves no horizon.
+        assert_eq!(camera.transform.transform_vector3(DVec3::NEG_Z), DVec3::NEG_Y);
+        assert_eq!(Some(camera.transform.translation), from);
+    }
+}
