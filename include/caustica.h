@@ -531,8 +531,8 @@ typedef struct caustica_caustic_options {
     uint32_t check;           /* CAUSTICA_CHECK_: how a sampled chain is recognised as one that a connection finds */
     uint32_t roulette;        /* CAUSTICA_ROULETTE_: which connections are tried */
     float roulette_threshold; /* times the mean radiance: what is always tried, of _CONTRIBUTION alone; 0: 0.5 */
-    uint32_t seeds;           /* most walks from one pair of ends, 1 to 3; 0: 3 to lights that cannot be hit, for MNEE,
-                                 and where a few samples forecast that it pays, else 1 */
+    uint32_t seeds;           /* most walks from one pair of ends, 1 to 3; 0: 3 to lights that cannot be hit, through
+                                 curved glass for MNEE, and where a few samples forecast that it pays, else 1 */
     float search;             /* probability with which a connection through curved or faceted glass searches for one
                                  more path, up to 1; 0: for BDPT 0.25 to lights that cannot be hit, 0.1 where curved
                                  glass is and it is forecast to pay; less than 0: none. Needs the exact check */

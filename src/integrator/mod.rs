@@ -163,7 +163,8 @@ impl<'a> Contribution<'a> {
     }
 
     /// Whether the path has a chain of smooth refractions or reflections that the light crosses before
-    /// the vertex that the camera sees. A chain between that vertex and the camera makes no caustic.
+    /// the vertex that the camera sees. A chain between that vertex and the camera makes no caustic. Rough refraction counts
+    /// as smooth where connections walk through it, and only there.
     pub fn is_caustic(&self) -> bool {
         let through = |v: &Vertex| v.edge.chain > 0;
         if self.camera.is_empty() {

@@ -84,8 +84,8 @@ pub struct CausticOptions {
     /// The walk.
     pub walk: WalkSettings,
     /// Walks from one pair of ends at most, until one finds a chain: 1 for that from the straight segment, up to
-    /// [`MOST_SEEDS`]. By default all to lights that cannot be hit, since nothing else may find that chain, and for
-    /// manifold next-event estimation; elsewhere where a few samples before the render forecast that it pays.
+    /// [`MOST_SEEDS`]. By default all to lights that cannot be hit, since nothing else may find that chain, and through
+    /// curved glass for manifold next-event estimation; elsewhere where a few samples before the render forecast that it pays.
     pub seeds: Option<u32>,
     /// Probability with which a connection through curved or faceted glass searches for one more chain, with
     /// [`Check::Exact`] only.

@@ -265,7 +265,8 @@ pub(crate) struct Connections {
     #[arg(long, value_name = "X", value_parser = positive)]
     pub(crate) roulette_threshold: Option<f64>,
     /// Walks from one pair of ends at most, until one finds a path: from the straight line, then from other starts
-    /// [default: 3 to lights that cannot be hit, for mnee, and for bdpt where a few samples forecast that it pays; else 1]
+    /// [default: 3 to lights that cannot be hit, through curved glass for mnee, and for bdpt where a few samples forecast
+    /// that it pays; else 1]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SEEDS)))]
     pub(crate) seeds: Option<u32>,
     /// Probability with which a connection through curved or faceted glass searches for one more path, from a random
