@@ -584,6 +584,10 @@ typedef struct caustica_render_desc {
     float clamp;            /* most radiance that one path may add to a pixel, in its largest channel, unless the camera sees
                                the light itself, by mirrors or through smooth glass: less noise for a bias, of which
                                caustica_statistics::clamped tells; 0: no limit */
+    uint32_t transparent;   /* 1: what the camera sees of the environment with nothing before it is left out, and alpha says
+                               where, for a background of the host's; what glass and mirrors show of it stays; else 0. Not by
+                               CAUSTICA_INTEGRATOR_LIGHT */
+    uint32_t reserved;
 } caustica_render_desc;
 
 /* Renders, and returns when it is over: CAUSTICA_OK, or CAUSTICA_CANCELLED when the callback asked for
@@ -662,7 +666,8 @@ caustica_result caustica_render_result(caustica_device* device, caustica_render_
 
 enum {
     CAUSTICA_FORMAT_RGB_F32 = 1, /* linear Rec. 709; of normals x, y, z */
-    CAUSTICA_FORMAT_RGBA_F32 = 2 /* the same, alpha 1 */
+    CAUSTICA_FORMAT_RGBA_F32 = 2 /* the same, and the share of the pixel that something covers, by which r, g, b are
+                                    multiplied already: of a `transparent` render; else, and of other images, 1 */
 };
 
 enum {
@@ -694,7 +699,7 @@ caustica_result caustica_render_read(caustica_device* device, caustica_render_jo
                                      const caustica_pixels* pixels);
 
 /* Writes the image of a render that is over to a file, whose format its extension names: .exr (16-bit half)
- * is always there; .tif (32-bit float), .hdr, and .png and .jpg (8-bit sRGB, cut at 1) need OpenImageIO. For
+ * is always there, and the only one with alpha; .tif (32-bit float), .hdr, and .png and .jpg (8-bit sRGB, cut at 1) need OpenImageIO. For
  * all bits: caustica_render_read. CAUSTICA_ERROR_WRONG_STATE while it runs, or if it was cancelled before its first
  * whole pass. On an error a file that was there before is as it was. */
 caustica_result caustica_render_write(caustica_device* device, caustica_render_job render, const char* path);

@@ -82,7 +82,7 @@ fn a_region_is_that_part_of_the_whole() {
             let place = move |i: u32| ((y + i / width) * SIDE + x + i % width) as usize;
             match region {
                 Some(_) => image,
-                None => Image { width, height, pixels: (0..width * height).map(|i| image.pixels[place(i)]).collect() },
+                None => Image::new(width, height, (0..width * height).map(|i| image.pixels[place(i)]).collect()),
             }
         };
         blocks(&(0..RUNS).map(image).collect::<Vec<_>>(), 3)

@@ -337,6 +337,12 @@ fn files_that_lack_what_a_render_needs() {
     expect(2, &["render", &scene, "-o", &image, "--look-from", "0,1"]);
 }
 
+#[test]
+fn light_tracing_has_no_alpha() {
+    let (_, err) = expect(2, &["render", SCENE, "-o", "a.exr", "--transparent", "--integrator", "light"]);
+    assert!(err.contains("--transparent needs"), "{err}");
+}
+
 /// Lights of a file are as bright as it is told; white pictures are told.
 #[test]
 fn lights_are_scaled() {

@@ -18,11 +18,11 @@ const FLOAT: WriteOptions = WriteOptions { half: false, ..HALF };
 fn picture() -> Image {
     let value = |i: u32| (f64::from(i.wrapping_mul(2_654_435_761)) / 4_294_967_296.0 * 17.0 - 10.0).exp2() as f32;
     let pixels = (0..37 * 23).map(|i| Rgb::new(value(3 * i), value(3 * i + 1), value(3 * i + 2))).collect();
-    Image { width: 37, height: 23, pixels }
+    Image::new(37, 23, pixels)
 }
 
 fn row(pixels: &[Rgb]) -> Image {
-    Image { width: pixels.len() as u32, height: 1, pixels: pixels.to_vec() }
+    Image::new(pixels.len() as u32, 1, pixels.to_vec())
 }
 
 fn metadata() -> Metadata {
@@ -41,7 +41,7 @@ fn names(directory: &Path) -> Vec<String> {
 
 fn as_half(image: &Image) -> Image {
     let round = |x: f32| f16::from_f32(x).to_f32();
-    Image { pixels: image.pixels.iter().map(|p| p.map(round)).collect(), ..*image }
+    Image::new(image.width, image.height, image.pixels.iter().map(|p| p.map(round)).collect())
 }
 
 /// Runs this test binary again for one test alone, through a shell that first runs `prepare`; the
@@ -63,6 +63,38 @@ fn child_directory() -> Option<PathBuf> {
 fn assert_passed(child: &Output) {
     let text = String::from_utf8_lossy(&child.stdout);
     assert!(child.status.success() && text.contains("1 passed"), "{text}\n{}", String::from_utf8_lossy(&child.stderr));
+}
+
+#[test]
+fn exr_keeps_alpha() {
+    let directory = TempDir::new().unwrap();
+    let path = directory.path().join("a.exr");
+    let image = Image { alpha: (0..37 * 23).map(|i| (i % 5) as f32 / 4.0).collect(), ..picture() };
+    for (options, expected) in [(HALF, as_half(&image)), (FLOAT, picture())] {
+        write(&path, &image, &metadata(), &options).unwrap();
+        let found = exr::prelude::read_first_rgba_layer_from_file(
+            &path,
+            |size, _| vec![[0.0f32; 4]; size.area()],
+            |pixels, at, (r, g, b, a): (f32, f32, f32, f32)| pixels[at.y() * 37 + at.x()] = [r, g, b, a],
+        );
+        let found = found.unwrap().layer_data.channel_data.pixels;
+        for (i, [r, g, b, a]) in found.into_iter().enumerate() {
+            assert_eq!((Rgb::new(r, g, b), a), (expected.pixels[i], image.alpha[i]));
+        }
+        assert_eq!(read(&path).unwrap(), expected);
+    }
+    let by_oiio = WriteOptions { image_io: ImageIo::Oiio, ..FLOAT };
+    assert!(write(&path, &image, &metadata(), &by_oiio).is_err());
+    let short = Image { alpha: vec![1.0], ..picture() };
+    assert!(write(&path, &short, &metadata(), &FLOAT).is_err());
+    // The others show what is over black.
+    for format in FORMATS.iter().skip(1) {
+        let paths = ["a", "b"].map(|name| directory.path().join(name).with_extension(format));
+        for (path, image) in paths.iter().zip([&image, &picture()]) {
+            write(path, image, &Metadata::new(), &FLOAT).unwrap();
+        }
+        assert_eq!(read(&paths[0]).unwrap(), read(&paths[1]).unwrap());
+    }
 }
 
 #[test]
@@ -200,7 +232,7 @@ fn a_full_disk_leaves_the_old_file_and_nothing_else() {
         for format in FORMATS {
             let path = directory.join(format!("a.{format}"));
             fs::write(&path, "old").unwrap();
-            let image = Image { width: 37 * 2, height: 23 * 2, pixels: picture().pixels.repeat(4) };
+            let image = Image::new(37 * 2, 23 * 2, picture().pixels.repeat(4));
             let error = write(&path, &image, &Metadata::new(), &FLOAT).unwrap_err();
             assert!(matches!(error, ImageError::Io { .. }), "{error}");
             assert_eq!(fs::read(&path).unwrap(), b"old");
@@ -259,7 +291,7 @@ fn read_damaged(path: &Path, tells: bool) {
 #[test]
 fn damaged_files_are_errors() {
     let directory = TempDir::new().unwrap();
-    let image = Image { width: 19, height: 21, pixels: picture().pixels[..19 * 21].to_vec() };
+    let image = Image::new(19, 21, picture().pixels[..19 * 21].to_vec());
     for format in FORMATS {
         let path = directory.path().join(format!("a.{format}"));
         write(&path, &image, &metadata(), &HALF).unwrap();

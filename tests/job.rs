@@ -217,6 +217,45 @@ fn renders_of_successive_samples_average_to_that_of_all() {
     }
 }
 
+/// What is left out of a transparent picture is the sky's share, whatever else is asked for.
+#[test]
+fn what_is_transparent_lacks_the_sky() {
+    let sky = Rgb::new(0.5, 0.25, 2.0);
+    let mut b = scene();
+    b.0.environment = sky.into();
+    let (glass, ball) = (b.glass(1.5, 0.0), DVec3::new(0.4, 0.6, 0.2));
+    b.sphere(ball, 0.5, glass);
+    b.0.cameras.clear();
+    b.perspective([0.0, 1.2, 6.0], [0.0, 0.8, 0.0], 0.9);
+    let world = b.commit();
+    for (integrator, caustics, caustics_only, per_technique) in [
+        (Integrator::Path, Caustics::Off, false, false),
+        (Integrator::Path, Caustics::Off, true, false),
+        (Integrator::Mnee, Caustics::On, false, false),
+        (Integrator::Bdpt, Caustics::Off, false, false),
+        (Integrator::Bdpt, Caustics::On, false, true),
+        (Integrator::Bdpt, Caustics::On, true, false),
+    ] {
+        let settings =
+            Settings { caustics, caustics_only, per_technique, features: true, ..settings(integrator, 32, 4, 3) };
+        let [opaque, through] =
+            [false, true].map(|transparent| common::run(&world, &Settings { transparent, ..settings.clone() }));
+        assert!(opaque.image.alpha.is_empty());
+        let albedo = &through.plane(Plane::Albedo).expect("it was asked for").pixels;
+        assert!(albedo.iter().zip(&through.image.alpha).all(|(a, alpha)| (*a == Rgb::ZERO) == (*alpha == 0.0)));
+        let behind = if caustics_only { Rgb::ZERO } else { sky };
+        let mut seen = [0; 3];
+        for ((a, b), &alpha) in opaque.image.pixels.iter().zip(&through.image.pixels).zip(&through.image.alpha) {
+            let difference = *a - (*b + behind * (1.0 - alpha));
+            assert!(difference.abs().max_element() <= 1e-5 * a.max_element(), "{integrator:?}: {a} {b} {alpha}");
+            seen[if alpha == 0.0 { 0 } else { 1 + usize::from(alpha == 1.0) }] += 1;
+        }
+        assert!(seen.iter().all(|n| *n > 20), "{seen:?}");
+    }
+    let wrong = Settings { transparent: true, ..settings(Integrator::Light, 8, 1, 0) };
+    assert!(render(&world, &wrong, &Cancel::default(), &|_| ()).is_err());
+}
+
 /// What a limit leaves out of the same samples, it tells; lamps that the camera sees stay as they are.
 #[test]
 fn clamped_light_and_what_is_left_out_are_all_light() {

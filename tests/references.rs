@@ -51,8 +51,8 @@ impl Reference {
 /// Pixels of the reference are independent; its channels are not, and their errors are added, which
 /// is the upper bound for the luminance.
 fn reference_blocks(mean: &Image, error: &Image) -> Blocks {
-    let squares =
-        Image { pixels: error.pixels.iter().map(|&e| glam::Vec3::splat(luminance(e).powi(2))).collect(), ..*error };
+    let squares = error.pixels.iter().map(|&e| glam::Vec3::splat(luminance(e).powi(2))).collect();
+    let squares = Image::new(error.width, error.height, squares);
     let pixels = f64::from(BLOCK * BLOCK);
     let error: Vec<f64> = block_means(&squares, BLOCK).iter().map(|s| (s / pixels).sqrt()).collect();
     let mean = block_means(mean, BLOCK);

@@ -40,7 +40,7 @@ pub(crate) fn strip(images: &[&Image], reference: &Reference) -> Image {
             }
         }
     }
-    Image { width, height, pixels }
+    Image::new(width, height, pixels)
 }
 
 /// Means over squares of pixels, as few as fit.
@@ -54,5 +54,5 @@ fn shrunk(image: &Image) -> Image {
         sum / (n * n) as f32
     };
     let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| mean(x, y)).collect();
-    Image { width, height, pixels }
+    Image::new(width, height, pixels)
 }

@@ -241,6 +241,7 @@ fn copy(image: &Image, samples: u32, target: &Pixels) -> Result<i32, Failure> {
     if target.size < needed {
         return Err(Failure::argument("size", format!("is {}; at least {needed} bytes were expected", target.size)));
     }
+    let alpha = |i: usize| image.alpha.get(i).copied().unwrap_or(1.0);
     for (y, pixels) in image.pixels.chunks_exact(image.width.max(1) as usize).enumerate() {
         for (x, pixel) in pixels.iter().enumerate() {
             let at = y as u64 * stride + x as u64 * channels * size_of::<f32>() as u64;
@@ -249,7 +250,10 @@ fn copy(image: &Image, samples: u32, target: &Pixels) -> Result<i32, Failure> {
             unsafe {
                 let to = target.data.cast::<u8>().add(at as usize);
                 match target.format {
-                    FORMAT_RGBA_F32 => to.cast::<[f32; 4]>().write_unaligned(pixel.extend(1.0).to_array()),
+                    FORMAT_RGBA_F32 => {
+                        let alpha = alpha(y * image.width as usize + x);
+                        to.cast::<[f32; 4]>().write_unaligned(pixel.extend(alpha).to_array());
+                    }
                     _ => to.cast::<[f32; 3]>().write_unaligned(Rgb::to_array(pixel)),
                 }
             }

@@ -119,6 +119,10 @@ pub struct RenderDesc {
     pub features: u32,
     /// 0 for none.
     pub clamp: f32,
+    /// 1 to leave the background to another picture, else 0.
+    pub transparent: u32,
+    /// Zero.
+    pub reserved: u32,
 }
 
 /// `caustica_region`.
@@ -138,7 +142,7 @@ pub struct Region {
 // SAFETY: `repr(C)`, `u32` first; callback and options are C's nullable pointers, the rest are numbers.
 unsafe impl Sized32 for RenderDesc {
     const NAME: &'static str = "caustica_render_desc";
-    const FIRST_SIZE: usize = 120;
+    const FIRST_SIZE: usize = 128;
 }
 
 /// What came of a render, and what it was.
@@ -403,6 +407,12 @@ fn request(device: &Arc<Device>, desc: In<RenderDesc>) -> Result<Request, Failur
     if d.features > 1 {
         return Err(Failure::argument("features", format!("is {}; 0 or 1 was expected", d.features)));
     }
+    if d.transparent > 1 {
+        return Err(Failure::argument("transparent", format!("is {}; 0 or 1 was expected", d.transparent)));
+    }
+    if d.reserved != 0 {
+        return Err(Failure::argument("reserved", format!("is {}; 0 was expected", d.reserved)));
+    }
     if d.caustics_only > 1 {
         return Err(Failure::argument("caustics_only", format!("is {}; 0 or 1 was expected", d.caustics_only)));
     }
@@ -460,6 +470,7 @@ fn request(device: &Arc<Device>, desc: In<RenderDesc>) -> Result<Request, Failur
         caustic_options: caustic_options.unwrap_or(defaults.caustic_options),
         caustics_only: d.caustics_only == 1,
         features: d.features == 1,
+        transparent: d.transparent == 1,
         clamp: (d.clamp != 0.0).then_some(d.clamp),
         ..defaults
     };

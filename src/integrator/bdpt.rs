@@ -80,14 +80,18 @@ pub(crate) fn from_camera<O: Observer>(
     let mut camera_numbers = stream(Stream::Camera);
     let raster = view.raster(seed, pixel, index);
     tracer.trace_camera(&view.camera, view.medium, raster, &mut camera_numbers);
+    out.covered = !tracer.camera_escaped;
+    // What escaped has no other path.
+    let left_out = out.transparent && tracer.camera_escaped;
     if let Some(feature) = &mut out.feature {
-        *feature = Feature::of(tracer);
+        *feature = if left_out { Feature::default() } else { Feature::of(tracer) };
     }
     let mut connect_numbers = stream(Stream::Connect);
     tracer.caustic_numbers = stream(Stream::Caustic);
 
     out.radiance = Rgb::ZERO;
-    for hit in &tracer.emitter_hits {
+    let hits = if left_out { &[][..] } else { &tracer.emitter_hits };
+    for hit in hits {
         let kept = out.add(hit.value * hit.weight as f32, hit.scattered);
         let before = &tracer.camera_vertices[..hit.vertices];
         observer.observe(&Contribution::of_hit(hit, pixel, before).limited(kept));

@@ -18,6 +18,10 @@ pub struct Sample {
     /// Most that a path may add to a pixel, in its largest channel, unless the camera sees the light directly, by mirrors
     /// or through smooth glass: rare bright paths are noise. Biased.
     pub most: f32,
+    /// Whether to leave out what the camera sees of the environment with nothing before it, for another background.
+    pub transparent: bool,
+    /// Whether the camera sees a surface; where it is asked for that.
+    pub covered: bool,
     /// What was more, of all paths.
     pub cut: Rgb,
     /// Radiance of the sample's own pixel.
@@ -30,7 +34,15 @@ pub struct Sample {
 
 impl Default for Sample {
     fn default() -> Sample {
-        Sample { most: f32::INFINITY, cut: Rgb::ZERO, radiance: Rgb::ZERO, splats: Vec::new(), feature: None }
+        Sample {
+            most: f32::INFINITY,
+            transparent: false,
+            covered: true,
+            cut: Rgb::ZERO,
+            radiance: Rgb::ZERO,
+            splats: Vec::new(),
+            feature: None,
+        }
     }
 }
 

@@ -35,7 +35,7 @@ pub fn sample(
     let mut ray = Ray { origin, direction, t_max: f32::INFINITY };
     let mut beta = Rgb::ONE;
     let mut roulette = Rgb::ONE;
-    out.radiance = Rgb::ZERO;
+    (out.radiance, out.covered) = (Rgb::ZERO, true);
     let mut medium = view.medium.unwrap_or_else(|| world.medium_at(origin));
     let start = medium;
     // Density of the last direction if it came from a connectable lobe, and the vertex it left.
@@ -52,6 +52,10 @@ pub fn sample(
             _ => tracer.rays.camera_path += 1,
         }
         let Some(hit) = world.intersector.closest(&ray) else {
+            out.covered &= depth > 1;
+            if out.transparent && depth == 1 {
+                break;
+            }
             if let Some((emitted, densities)) = world.lights.escape(ray.origin, ray.direction) {
                 if world.requirements.absorption {
                     beta *= world.transmittance(medium, f32::INFINITY);

@@ -125,7 +125,7 @@ pub fn difference_picture(image: &Image, reference: &Image) -> Result<Image, Com
         Rgb::new(d.max(0.0), 0.0, (-d).max(0.0))
     };
     let pixels = image.pixels.iter().zip(&reference.pixels).map(colour).collect();
-    Ok(Image { width: image.width, height: image.height, pixels })
+    Ok(Image::new(image.width, image.height, pixels))
 }
 
 /// [`luminance`] without rounding to f32.
@@ -158,7 +158,7 @@ mod tests {
     use super::*;
 
     fn image(width: u32, height: u32, pixel: impl Fn(u32) -> Rgb) -> Image {
-        Image { width, height, pixels: (0..width * height).map(pixel).collect() }
+        Image::new(width, height, (0..width * height).map(pixel).collect())
     }
 
     fn near(a: f64, b: f64) {

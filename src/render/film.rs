@@ -18,6 +18,9 @@ pub struct Film {
     light: Vec<DVec3>,
     /// Albedo and normal, if asked for: sums, and room for their averages.
     features: Option<[(Vec<DVec3>, Vec<Vec3>); 2]>,
+    /// Samples of each pixel that see a surface, if asked for; and room for their share.
+    covered: Vec<u32>,
+    room_of_alpha: Vec<f32>,
     /// Room for the image: when the render is over it must not be lacking. Not touched before, it takes addresses only.
     room: Vec<Vec3>,
     /// Sum of luminance when the number of passes was last a power of two, and that number: what has come since differs
@@ -30,7 +33,7 @@ pub struct Film {
 
 impl Film {
     /// A black film.
-    pub fn new(width: u32, height: u32, features: bool) -> Result<Film, RenderError> {
+    pub fn new(width: u32, height: u32, features: bool, alpha: bool) -> Result<Film, RenderError> {
         let n = width as usize * height as usize;
         let out_of_memory = |_| RenderError::OutOfMemory { width, height };
         let mut film = Film {
@@ -40,6 +43,8 @@ impl Film {
             camera: Vec::new(),
             light: Vec::new(),
             features: features.then(Default::default),
+            covered: Vec::new(),
+            room_of_alpha: Vec::new(),
             room: Vec::new(),
             before: Vec::new(),
             passes_before: 0,
@@ -49,6 +54,11 @@ impl Film {
         film.light.try_reserve_exact(n).map_err(out_of_memory)?;
         film.before.try_reserve_exact(n).map_err(out_of_memory)?;
         film.room.try_reserve_exact(n).map_err(out_of_memory)?;
+        if alpha {
+            film.covered.try_reserve_exact(n).map_err(out_of_memory)?;
+            film.room_of_alpha.try_reserve_exact(n).map_err(out_of_memory)?;
+            film.covered.resize(n, 0);
+        }
         film.camera.resize(n, DVec3::ZERO);
         film.light.resize(n, DVec3::ZERO);
         film.before.resize(n, 0.0);
@@ -63,7 +73,8 @@ impl Film {
     /// Bytes held.
     pub fn bytes(&self) -> u64 {
         let features = if self.features.is_some() { 2 * (size_of::<DVec3>() + size_of::<Vec3>()) } else { 0 };
-        (self.camera.len() * (2 * size_of::<DVec3>() + size_of::<f32>() + size_of::<Vec3>() + features)) as u64
+        let alpha = self.covered.len() * (size_of::<u32>() + size_of::<f32>());
+        (alpha + self.camera.len() * (2 * size_of::<DVec3>() + size_of::<f32>() + size_of::<Vec3>() + features)) as u64
     }
 
     /// Adds to the camera-side sum.
@@ -77,6 +88,13 @@ impl Film {
         if let Some([(albedo, _), (normal, _)]) = &mut self.features {
             albedo[pixel as usize] += feature.albedo.as_dvec3();
             normal[pixel as usize] += feature.normal.as_dvec3();
+        }
+    }
+
+    /// Counts a sample that sees a surface.
+    pub fn cover(&mut self, pixel: u32) {
+        if let Some(count) = self.covered.get_mut(pixel as usize) {
+            *count += 1;
         }
     }
 
@@ -99,8 +117,8 @@ impl Film {
 
     /// The average over the passes, in the room kept for it: once.
     pub fn last_image(&mut self) -> Image {
-        let pixels = std::mem::take(&mut self.room);
-        self.image(pixels)
+        let (pixels, alpha) = (std::mem::take(&mut self.room), std::mem::take(&mut self.room_of_alpha));
+        self.image(pixels, alpha)
     }
 
     /// Those of albedo and normal, likewise.
@@ -116,7 +134,12 @@ impl Film {
         let mut pixels = Vec::new();
         pixels.try_reserve_exact(self.camera.len()).map_err(|_| RenderError::OutOfMemory { width, height })?;
         let feature = match plane {
-            Plane::Radiance => return Ok(self.image(pixels)),
+            Plane::Radiance => {
+                let mut alpha = Vec::new();
+                let room = alpha.try_reserve_exact(self.covered.len());
+                room.map_err(|_| RenderError::OutOfMemory { width, height })?;
+                return Ok(self.image(pixels, alpha));
+            }
             Plane::Albedo => self.feature_image(0, pixels),
             Plane::Normal => self.feature_image(1, pixels),
         };
@@ -128,13 +151,15 @@ impl Film {
         let (sums, _) = &self.features.as_ref()?[feature];
         let scale = 1.0 / f64::from(self.passes.max(1));
         pixels.extend(sums.iter().map(|sum| (*sum * scale).as_vec3()));
-        Some(Image { width: self.width, height: self.height, pixels })
+        Some(Image::new(self.width, self.height, pixels))
     }
 
-    fn image(&self, mut pixels: Vec<Vec3>) -> Image {
+    fn image(&self, mut pixels: Vec<Vec3>, mut room: Vec<f32>) -> Image {
         let scale = 1.0 / f64::from(self.passes.max(1));
         pixels.extend(self.camera.iter().zip(&self.light).map(|(c, l)| ((*c + *l) * scale).as_vec3()));
-        Image { width: self.width, height: self.height, pixels }
+        let alpha = self.covered.iter().map(|n| (f64::from(*n) * scale) as f32);
+        room.extend(alpha);
+        Image { alpha: room, ..Image::new(self.width, self.height, pixels) }
     }
 
     /// Ends a pass.
@@ -178,7 +203,7 @@ mod tests {
 
     /// Estimated noise over the true one of a picture of `f`, whose mean is `mean`, from `passes` passes.
     fn estimate_over_truth(passes: u32, mean: f64, f: impl Fn(&mut Sampler) -> f32) -> f64 {
-        let mut film = Film::new(64, 64, false).expect("small");
+        let mut film = Film::new(64, 64, false, false).expect("small");
         for pass in 0..passes {
             for pixel in 0..64 * 64 {
                 film.add_camera(pixel, Rgb::splat(f(&mut Sampler::new(3, pixel, pass, Stream::Camera))));

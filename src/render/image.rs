@@ -21,6 +21,15 @@ pub struct Image {
     pub width: u32,
     /// Rows.
     pub height: u32,
-    /// Row by row, `width * height` of them.
+    /// Row by row, `width * height` of them; what an alpha below 1 leaves to a background is missing in them.
     pub pixels: Vec<Rgb>,
+    /// Share of each pixel that something covers; empty for 1 everywhere.
+    pub alpha: Vec<f32>,
+}
+
+impl Image {
+    /// One that covers all.
+    pub fn new(width: u32, height: u32, pixels: Vec<Rgb>) -> Image {
+        Image { width, height, pixels, alpha: Vec::new() }
+    }
 }

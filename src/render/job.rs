@@ -163,7 +163,8 @@ pub fn render_shown(
                     let mut sorter = Sorter { tile: &mut tile, pixel, per_technique, caustics_only, caustics };
                     samples::estimate(&mut tracer, &view, settings, pixel, pass, &mut sample, &mut sorter);
                     if settings.caustics_only {
-                        sample = Sample { feature: sample.feature, most: sample.most, ..sorter.caustics };
+                        let Sample { feature, most, transparent, covered, .. } = sample;
+                        sample = Sample { feature, most, transparent, covered, ..sorter.caustics };
                     }
                 } else {
                     samples::estimate(&mut tracer, &view, settings, pixel, pass, &mut sample, &mut ());

@@ -51,6 +51,8 @@ pub struct Tile {
     pub camera: Vec<Rgb>,
     /// What the samples see, if asked for.
     pub features: Option<Vec<Feature>>,
+    /// Which of the samples see a surface, if asked for.
+    pub covered: Option<Vec<bool>>,
     /// Light-image contributions.
     pub splats: Vec<Splat>,
     /// Contributions by technique. Empty unless asked for.
@@ -71,8 +73,9 @@ pub struct Tile {
 
 impl Tile {
     /// With room for its pixels.
-    fn new(pass: u32, index: u32, pixels: Range<u32>, features: bool) -> Result<Tile, TryReserveError> {
-        let (mut camera, mut features) = (Vec::new(), features.then(Vec::new));
+    fn new(pass: u32, index: u32, pixels: Range<u32>, features: bool, alpha: bool) -> Result<Tile, TryReserveError> {
+        let (mut camera, mut features, mut covered) = (Vec::new(), features.then(Vec::new), alpha.then(Vec::new));
+        covered.as_mut().map_or(Ok(()), |covered| covered.try_reserve_exact(pixels.len()))?;
         camera.try_reserve_exact(pixels.len())?;
         features.as_mut().map_or(Ok(()), |features| features.try_reserve_exact(pixels.len()))?;
         Ok(Tile {
@@ -81,6 +84,7 @@ impl Tile {
             pixels,
             camera,
             features,
+            covered,
             splats: Vec::new(),
             techniques: Vec::new(),
             rays: RayCount::default(),
@@ -112,6 +116,9 @@ impl Tile {
         if radiance.is_some() {
             self.cut += sample.cut.as_dvec3();
         }
+        if let Some(covered) = &mut self.covered {
+            covered.push(sample.covered);
+        }
         if let Some(features) = &mut self.features {
             features.push(sample.feature.filter(|f| (f.albedo + f.normal).is_finite()).unwrap_or_default());
         }
@@ -124,6 +131,7 @@ pub struct Passes {
     tiles_per_pass: u32,
     samples: u32,
     features: bool,
+    alpha: bool,
     /// Passes begun beyond those in the film: of small pictures as many as have two tiles for each worker.
     ahead: u32,
     state: Mutex<State>,
@@ -166,12 +174,13 @@ impl Passes {
             ahead: (2 * workers as u32).div_ceil(tiles_per_pass).max(PASSES_AHEAD),
             samples: settings.samples,
             features: settings.features,
+            alpha: settings.transparent,
             state: Mutex::new(State {
                 next: (0, 0),
                 end: settings.samples,
                 finished_tiles: 0,
                 waiting: BTreeMap::new(),
-                film: Film::new(width, height, settings.features)?,
+                film: Film::new(width, height, settings.features, settings.transparent)?,
                 techniques: BTreeMap::new(),
                 out_of_memory: false,
                 rays: RayCount::default(),
@@ -200,7 +209,8 @@ impl Passes {
             if pass < state.film.passes + self.ahead {
                 state.next = if index + 1 == self.tiles_per_pass { (pass + 1, 0) } else { (pass, index + 1) };
                 let first = index * TILE_PIXELS;
-                let tile = Tile::new(pass, index, first..(first + TILE_PIXELS).min(self.pixels), self.features);
+                let tile =
+                    Tile::new(pass, index, first..(first + TILE_PIXELS).min(self.pixels), self.features, self.alpha);
                 if tile.is_err() {
                     self.end_without_memory(&mut state);
                 }
@@ -313,11 +323,8 @@ impl Passes {
         let film = &state.film;
         let (passes, film_bytes) = (film.passes, film.bytes());
         let scale = 1.0 / f64::from(passes.max(1));
-        let average = |sums: &[DVec3]| Image {
-            width: film.width,
-            height: film.height,
-            pixels: sums.iter().map(|s| (*s * scale).as_vec3()).collect(),
-        };
+        let average =
+            |sums: &[DVec3]| Image::new(film.width, film.height, sums.iter().map(|s| (*s * scale).as_vec3()).collect());
         let bytes_per_technique = 3 * u64::from(self.pixels) * size_of::<DVec3>() as u64;
         let film_bytes = film_bytes + techniques.len() as u64 * bytes_per_technique;
         // The sums of each go as its images come.
@@ -352,6 +359,9 @@ impl State {
         }
         for (pixel, feature) in tile.pixels.clone().zip(tile.features.iter().flatten()) {
             self.film.add_feature(pixel, feature);
+        }
+        for (pixel, _) in tile.pixels.clone().zip(tile.covered.iter().flatten()).filter(|(_, covered)| **covered) {
+            self.film.cover(pixel);
         }
         for splat in &tile.splats {
             self.film.add_light(splat.pixel, splat.value);

@@ -65,7 +65,7 @@ pub(super) fn tracer<'w>(world: &'w World, view: &View, settings: &Settings, pil
 /// An empty sample, with the limits of a request.
 pub(super) fn empty(settings: &Settings) -> Sample {
     let sample = Sample::default();
-    Sample { most: settings.clamp.unwrap_or(sample.most), ..sample }
+    Sample { most: settings.clamp.unwrap_or(sample.most), transparent: settings.transparent, ..sample }
 }
 
 /// One sample of a technique-wise integrator.

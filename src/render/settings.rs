@@ -67,6 +67,9 @@ pub struct Settings {
     pub clamp: Option<f32>,
     /// Also keep what the samples see ([`crate::integrator::Feature`]), for denoisers. Not by light tracing.
     pub features: bool,
+    /// Leave out what the camera sees of the environment with nothing before it, and say so by [`super::Image::alpha`]. What
+    /// glass, mirrors and everything else show of the environment stays. Not of light tracing.
+    pub transparent: bool,
     /// Also keep images per technique (s, t).
     pub per_technique: bool,
 }
@@ -91,6 +94,7 @@ impl Default for Settings {
             caustics_only: false,
             clamp: None,
             features: false,
+            transparent: false,
             per_technique: false,
         }
     }
@@ -113,6 +117,7 @@ impl Settings {
             (Integrator::Bdpt, Caustics::Off) => "bdpt caustics=off",
         };
         let only = if self.caustics_only { " caustics-only" } else { "" };
+        let only = if self.transparent { format!("{only} transparent") } else { only.to_owned() };
         let region = self.region.map_or(String::new(), |region| format!(" region={region}"));
         let clamp = self.clamp.map_or(String::new(), |most| format!(" clamp={most}"));
         let first = if self.first_sample > 0 { format!(" first-sample={}", self.first_sample) } else { String::new() };
@@ -192,6 +197,13 @@ pub(crate) fn validate(world: &World, settings: &Settings) -> Result<(), RenderE
     }
     if settings.features && settings.integrator == Integrator::Light {
         return RenderError::setting("features", true, "light tracing has none, false was expected");
+    }
+    if settings.transparent && settings.integrator == Integrator::Light {
+        return RenderError::setting(
+            "transparent",
+            true,
+            "light tracing sees nothing from the camera, false was expected",
+        );
     }
     if let Some(noise) = settings.noise_limit.filter(|n| !(*n > 0.0 && n.is_finite())) {
         return RenderError::setting("noise_limit", noise, "a finite number above 0 was expected");

@@ -70,6 +70,8 @@ pub struct Tracer<'w> {
     pub max_depth: u32,
     /// Medium that the current sample's camera subpath begins in.
     pub camera_medium: MediumId,
+    /// Whether the camera subpath met nothing at all.
+    pub camera_escaped: bool,
     /// Camera subpath of the current sample.
     pub camera_vertices: Vec<Vertex>,
     /// Light subpath of the current sample, without its first vertex.
@@ -156,6 +158,7 @@ impl<'w> Tracer<'w> {
             world,
             max_depth,
             camera_medium: MediumId::default(),
+            camera_escaped: false,
             camera_vertices: Vec::with_capacity(room),
             light_vertices: Vec::with_capacity(room),
             light_start: None,
@@ -233,6 +236,7 @@ impl<'w> Tracer<'w> {
         let (origin, direction) = camera.generate(raster);
         let medium = medium.unwrap_or_else(|| self.world.medium_at(origin));
         self.camera_medium = medium;
+        self.camera_escaped = false;
         let mut edge = OpenEdge::new(Departure::Camera, origin, medium);
         edge.forward_is_area = true;
         let walk = Walk {
@@ -308,6 +312,7 @@ impl<'w> Tracer<'w> {
             }
             walk.segments += 1;
             let Some(hit) = world.intersector.closest(&walk.ray) else {
+                self.camera_escaped |= walk.mode == TransportMode::Radiance && walk.segments == 1;
                 if walk.mode == TransportMode::Radiance && world.requirements.hittable_lights {
                     self.escape(&walk, &mut edge);
                 }

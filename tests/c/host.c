@@ -431,6 +431,34 @@ static void cameras(uint64_t before) {
     OK(caustica_scene_commit(device, scene, NULL));
 }
 
+/* Where nothing is before the sky, alpha says so, and the light is missing. */
+static void transparent(void) {
+    static float whole[30 * 40 * 4], through[30 * 40 * 4];
+    caustica_render_desc desc = request(4);
+    caustica_render_job render;
+    caustica_pixels pixels = {.struct_size = sizeof pixels, .format = CAUSTICA_FORMAT_RGBA_F32, .size = sizeof whole};
+    const float sky[3] = {0.5f, 0.75f, 1};
+    int clear = 0, partly = 0;
+    desc.integrator = CAUSTICA_INTEGRATOR_PATH;
+    for (uint32_t i = 0; i < 2; ++i) {
+        desc.transparent = i;
+        pixels.data = i == 0 ? whole : through;
+        OK(caustica_render(device, &desc, &render));
+        OK(caustica_render_read(device, render, &pixels));
+        OK(caustica_render_release(device, render));
+    }
+    for (int i = 0; i < 30 * 40 * 4; i += 4) {
+        const float alpha = through[i + 3];
+        TRUE(whole[i + 3] == 1 && alpha >= 0 && alpha <= 1);
+        clear += alpha == 0;
+        partly += alpha > 0 && alpha < 1;
+        for (int c = 0; c < 3; ++c) {
+            TRUE(fabsf(through[i + c] + (1 - alpha) * sky[c] - whole[i + c]) <= 1e-5f * whole[i + c]);
+        }
+    }
+    TRUE(clear > 100 && clear < 1000 && partly > 10);
+}
+
 /* What is hidden, or scaled to nothing, is as if it were not there; of the second there is a warning, once. */
 static void hidden(uint64_t before) {
     const double nothing[12] = {0};
@@ -794,6 +822,7 @@ int main(void) {
     snapshots(h);
     cameras(h);
     hidden(h);
+    transparent();
     deformed();
     surroundings(h);
     textures(h);

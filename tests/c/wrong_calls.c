@@ -628,6 +628,11 @@ static void render_calls(void) {
     WITH(desc.max_depth, UINT32_MAX, INVALID, caustica_render(device, &desc, &render));
     WITH(desc.clamp, NAN, INVALID, caustica_render(device, &desc, &render));
     WITH(desc.clamp, -1, INVALID, caustica_render(device, &desc, &render));
+    WITH(desc.transparent, 2, INVALID, caustica_render(device, &desc, &render));
+    WITH(desc.reserved, 1, INVALID, caustica_render(device, &desc, &render));
+    desc.transparent = 1;
+    WITH(desc.integrator, CAUSTICA_INTEGRATOR_LIGHT, INVALID, caustica_render(device, &desc, &render));
+    desc.transparent = 0;
     WITH(desc.features, 2, INVALID, caustica_render(device, &desc, &render));
     desc.features = 1;
     WITH(desc.integrator, CAUSTICA_INTEGRATOR_LIGHT, INVALID, caustica_render(device, &desc, &render));

@@ -247,7 +247,7 @@ fn a_scene_may_have_an_environment() {
 #[test]
 fn a_scene_may_have_an_image_of_its_environment() {
     let folder = tempfile::tempdir().unwrap();
-    let image = Image { width: 3, height: 2, pixels: vec![Rgb::new(0.5, 1.0, 2.0); 6] };
+    let image = Image::new(3, 2, vec![Rgb::new(0.5, 1.0, 2.0); 6]);
     write(&folder.path().join("a sky.exr"), &image, &Metadata::default(), &WriteOptions::default()).unwrap();
     let load = |extras: Value| {
         let mut builder = Builder::triangle();

@@ -80,6 +80,10 @@ pub(crate) struct Render {
     /// glass and by mirrors
     #[arg(long, value_name = "DIR")]
     pub(crate) features: Option<PathBuf>,
+    /// Leave out what the camera sees of the environment with nothing before it; EXR says by its channel A where. What glass
+    /// and mirrors show of it stays
+    #[arg(long)]
+    pub(crate) transparent: bool,
     /// Leave out all light but caustics: what mirrors or smooth glass lead to the surface that the camera sees, and rough
     /// glass where it is crossed by walks (--walked-roughness)
     #[arg(long)]

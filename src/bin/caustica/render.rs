@@ -31,6 +31,11 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         let conflict = "--features needs --integrator bdpt, mnee or path: light tracing sees nothing from the camera";
         Cli::command().error(ErrorKind::ArgumentConflict, conflict).exit();
     }
+    if args.transparent && integrator == Integrator::Light {
+        let conflict =
+            "--transparent needs --integrator bdpt, mnee or path: light tracing sees nothing from the camera";
+        Cli::command().error(ErrorKind::ArgumentConflict, conflict).exit();
+    }
     args.picture.check_used(args.integrator);
     let console = Console { quiet: args.quiet };
     // What cannot be written is found out before hours of rendering.
@@ -48,6 +53,7 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         threads: args.threads,
         clamp: args.clamp.map(|most| most as f32),
         features: args.features.is_some(),
+        transparent: args.transparent,
         per_technique: args.strategies.is_some(),
         caustics_only: args.caustics_only,
         ..args.picture.settings(&description.cameras, &aspects)?

@@ -140,7 +140,8 @@ pub fn check_writable(path: &Path, options: &WriteOptions) -> Result<(), ImageEr
     replace::begin(path).map(drop)
 }
 
-/// Writes an image in the format that the extension of `path` names; row 0 is the top. On an error
+/// Writes an image in the format that the extension of `path` names; row 0 is the top. EXR keeps its alpha, other formats
+/// have it over black. On an error
 /// a file that was there before is as it was.
 pub fn write(path: &Path, image: &Image, metadata: &Metadata, options: &WriteOptions) -> Result<Written, ImageError> {
     let format = Format::of(path)?;
@@ -148,6 +149,10 @@ pub fn write(path: &Path, image: &Image, metadata: &Metadata, options: &WriteOpt
     let at = |failure: Failure| failure.at(path);
     let (picture, written) = Picture::new(image, format, options).map_err(at)?;
     metadata.check(image.width, image.height).map_err(at)?;
+    if !picture.alpha.is_empty() && options.image_io == ImageIo::Oiio {
+        let reason = "its alpha is written by the built-in writer alone".to_owned();
+        return Err(ImageError::Unsupported { path: path.into(), reason });
+    }
     let bytes = if format.needs_module(options.image_io) {
         oiio::encode(format, &picture, metadata).map_err(at)?
     } else {
@@ -177,7 +182,7 @@ fn decode(format: Format, bytes: &[u8]) -> Result<Image, Failure> {
         Read::Linear(image) => Ok(image),
         Read::Stored(stored) => {
             let pixels = stored.linear(Encoding::Srgb)?;
-            Ok(Image { width: stored.width, height: stored.height, pixels })
+            Ok(Image::new(stored.width, stored.height, pixels))
         }
     }
 }

@@ -9,7 +9,7 @@ use exr::block::reader::ChunksReader;
 use exr::block::{BlockIndex, UncompressedBlock};
 use exr::image::{Encoding, Image as Exr, Layer, SpecificChannels};
 use exr::meta::attribute::{AttributeValue, Chromaticities, EnvironmentMap, SampleType, Text};
-use exr::meta::header::Header;
+use exr::meta::header::{Header, ImageAttributes};
 use exr::prelude::{Blocks, Compression, IntegerBounds, IntoSample, LayerAttributes, LineOrder, Vec2, WritableImage};
 use half::f16;
 use std::io::Cursor;
@@ -18,22 +18,28 @@ use std::io::Cursor;
 const ENCODING: Encoding =
     Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
 
-/// The bytes of a file with channels R, G, B; the display window is the frame, from (0, 0).
+/// The bytes of a file with channels R, G, B and, if there is one, A; the display window is the frame, from (0, 0).
 pub(super) fn encode(picture: &Picture, metadata: &Metadata) -> Result<Vec<u8>, Failure> {
     match &picture.samples {
-        Samples::Half(samples) => encode_samples(picture, samples, metadata),
-        Samples::Float(samples) => encode_samples(picture, samples, metadata),
+        Samples::Half(samples) => encode_samples(picture, samples, metadata, f16::from_f32),
+        Samples::Float(samples) => encode_samples(picture, samples, metadata, |x| x),
         Samples::Bytes(_) => Err(Failure::Unsupported("EXR has no 8-bit samples".to_owned())),
     }
 }
 
-fn encode_samples<T>(picture: &Picture, samples: &[T], metadata: &Metadata) -> Result<Vec<u8>, Failure>
+fn encode_samples<T>(
+    picture: &Picture,
+    samples: &[T],
+    metadata: &Metadata,
+    convert: fn(f32) -> T,
+) -> Result<Vec<u8>, Failure>
 where
     T: IntoSample + Copy + Sync,
 {
     let (width, height) = (picture.width as usize, picture.height as usize);
+    let place = |at: Vec2<usize>| at.y() * width + at.x();
     let pixel = |at: Vec2<usize>| {
-        let i = 3 * (at.y() * width + at.x());
+        let i = 3 * place(at);
         (samples[i], samples[i + 1], samples[i + 2])
     };
     let Window { data, frame } = metadata.window(picture.width, picture.height);
@@ -51,17 +57,31 @@ where
         };
         attributes.other.insert(text(&name), value);
     }
-    let layer = Layer::new((width, height), attributes, ENCODING, SpecificChannels::rgb(pixel));
-    let mut image = Exr::from_layer(layer);
-    image.attributes.display_window = IntegerBounds::from_dimensions(Vec2(frame[0] as usize, frame[1] as usize));
-    let [red, green, blue, white] = REC709.map(|(x, y)| Vec2(x, y));
-    image.attributes.chromaticities = Some(Chromaticities { red, green, blue, white });
-
-    let mut file = Cursor::new(Vec::new());
-    image.write().non_parallel().to_buffered(&mut file).map_err(codec)?;
+    let with_alpha = |at: Vec2<usize>| {
+        let (r, g, b) = pixel(at);
+        (r, g, b, convert(picture.alpha[place(at)]))
+    };
+    let (size, mut file) = ((width, height), Cursor::new(Vec::new()));
+    if picture.alpha.is_empty() {
+        let layer = Layer::new(size, attributes, ENCODING, SpecificChannels::rgb(pixel));
+        framed(layer, frame).write().non_parallel().to_buffered(&mut file)
+    } else {
+        let layer = Layer::new(size, attributes, ENCODING, SpecificChannels::rgba(with_alpha));
+        framed(layer, frame).write().non_parallel().to_buffered(&mut file)
+    }
+    .map_err(codec)?;
     let mut file = file.into_inner();
     sort_attributes(&mut file).ok_or_else(|| Failure::Codec("the encoder made no EXR header".to_owned()))?;
     Ok(file)
+}
+
+/// An image of one layer in a display window of that size.
+fn framed<C>(layer: Layer<C>, [width, height]: [u32; 2]) -> Exr<Layer<C>> {
+    let window = IntegerBounds::from_dimensions(Vec2(width as usize, height as usize));
+    let [red, green, blue, white] = REC709.map(|(x, y)| Vec2(x, y));
+    let mut attributes = ImageAttributes::new(window);
+    attributes.chromaticities = Some(Chromaticities { red, green, blue, white });
+    Exr { attributes, layer_data: layer }
 }
 
 /// UTF-8 as it is, as OpenEXR does; NUL has been refused before.
@@ -155,7 +175,7 @@ pub(super) fn decode(file: &[u8]) -> Result<Image, Failure> {
     if seen.iter().any(|&samples| samples != width * channels.list.len()) {
         return Err(Failure::Codec("damaged: pixels are missing".to_owned()));
     }
-    Ok(Image { width: width as u32, height: height as u32, pixels })
+    Ok(Image::new(width as u32, height as u32, pixels))
 }
 
 /// The compression of a file whose only part is the image, if that is left to OpenImageIO, which takes the first three

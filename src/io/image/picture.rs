@@ -27,6 +27,8 @@ pub(super) struct Picture {
     pub(super) width: u32,
     pub(super) height: u32,
     pub(super) samples: Samples,
+    /// Of each pixel, if it has one.
+    pub(super) alpha: Vec<f32>,
 }
 
 impl Picture {
@@ -34,7 +36,11 @@ impl Picture {
     pub(super) fn new(image: &Image, format: Format, options: &WriteOptions) -> Result<(Picture, Written), Failure> {
         let (width, height) = (image.width, image.height);
         let pixels = u64::from(width) * u64::from(height);
-        if pixels == 0 || pixels != image.pixels.len() as u64 || width.max(height) > i32::MAX as u32 {
+        if pixels == 0
+            || pixels != image.pixels.len() as u64
+            || !(image.alpha.is_empty() || image.alpha.len() == image.pixels.len())
+            || width.max(height) > i32::MAX as u32
+        {
             let reason = format!("an image of {width}x{height} with {} pixels cannot be written", image.pixels.len());
             return Err(Failure::Unsupported(reason));
         }
@@ -69,7 +75,9 @@ impl Picture {
             Format::Exr | Format::Tiff => Samples::Float(collect(image, |p| finite(p).to_array())?),
         };
         written.clamped = clamped;
-        Ok((Picture { width, height, samples }, written))
+        // Other formats show what is over black.
+        let alpha = if format == Format::Exr { image.alpha.clone() } else { Vec::new() };
+        Ok((Picture { width, height, samples, alpha }, written))
     }
 }
 
