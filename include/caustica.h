@@ -504,6 +504,10 @@ typedef struct caustica_progress {
  * Not called any more once a wait or caustica_render has returned. */
 typedef bool (*caustica_progress_callback)(void* user, const caustica_progress* progress);
 
+/* Called once, however a render ends, with its result: on its thread, after the last progress, when its image can be read,
+ * and before a wait for it or caustica_render returns, but perhaps before caustica_render_start does. */
+typedef void (*caustica_done_callback)(void* user, caustica_render_job render, caustica_result result);
+
 enum {
     CAUSTICA_GEOMETRY_TERM_EXACT = 0, /* generalised: weights fall where light gathers */
     CAUSTICA_GEOMETRY_TERM_DIRECT = 1 /* as if nothing were between the ends, as in the paper */
@@ -568,7 +572,7 @@ typedef struct caustica_render_desc {
     uint32_t caustics_only; /* 1: all light is left out but what mirrors and smooth glass lead to the surface that the
                                camera sees, and rough glass where it is crossed by walks; else 0 */
     caustica_progress_callback progress; /* or NULL */
-    void* user;
+    void* user;             /* of progress and done */
     const caustica_caustic_options* caustic_options; /* read during the call; or NULL: all defaults */
     float noise_limit;      /* ends after the pass that brings caustica_progress::noise down to this, after 16 passes at
                                least; 0: no limit. The number of passes is the same for any number of threads */
@@ -588,6 +592,9 @@ typedef struct caustica_render_desc {
                                where, for a background of the host's; what glass and mirrors show of it stays; else 0. Not by
                                CAUSTICA_INTEGRATOR_LIGHT */
     uint32_t reserved;
+    const caustica_camera_desc* camera_desc; /* read during the call: in place of `camera`, and need not be in the scene, so
+                               that another view takes no commit; or NULL */
+    caustica_done_callback done; /* or NULL */
 } caustica_render_desc;
 
 /* Renders, and returns when it is over: CAUSTICA_OK, or CAUSTICA_CANCELLED when the callback asked for
@@ -597,7 +604,7 @@ caustica_result caustica_render(caustica_device* device, const caustica_render_d
 
 /* Viewports: an image is shown soonest if a small one, of a few thousand pixels, comes before the whole, by
  * CAUSTICA_INTEGRATOR_PATH or _BDPT_PLAIN, since the others draw samples before their first pass, some tenths of a second
- * of a thread. For the next edit, cancel, change, commit and start again: the render that was cancelled ends by itself,
+ * of a thread. Views go by `camera_desc`, without a commit. For the next edit, cancel, change, commit and start again: the render that was cancelled ends by itself,
  * in milliseconds, and can be released later. A scene's commit may run on a thread of its own, while it is changed.
  *
  * Starts a render and returns at once. What is wrong with the request is told here, a later failure by

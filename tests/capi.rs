@@ -207,7 +207,7 @@ fn both_sides_agree_on_layouts_and_constants() {
         caustica_render_desc = capi::render::RenderDesc {
             struct_size, integrator, scene, camera, width, height, samples, max_depth, seed, time_limit_seconds,
             num_threads, caustics_only, progress, user, caustic_options, noise_limit, first_sample,
-            region, features, clamp, transparent, reserved
+            region, features, clamp, transparent, reserved, camera_desc, done
         }
         caustica_region = capi::render::Region { x, y, width, height }
         caustica_caustic_options = capi::options::CausticOptions {

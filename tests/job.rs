@@ -11,7 +11,7 @@ use caustica::render::{
     Cancel, Caustics, Image, Integrator, LEAST_PASSES, MOST_BY_NOISE, Plane, Progress, RenderError, Settings,
     TechniqueImages, render, render_shown,
 };
-use caustica::scene::description::{Geometry, LightKind, Projection, Scattering};
+use caustica::scene::description::{Camera, Geometry, LightKind, Projection, Scattering};
 use caustica::scene::{CommitOptions, World};
 use common::{Builder, settings};
 use glam::{DVec3, Vec3};
@@ -214,6 +214,28 @@ fn renders_of_successive_samples_average_to_that_of_all() {
     };
     for ((a, b), all) in sum(0, 3).zip(sum(3, 5)).zip(sum(0, 8)) {
         assert!((a + b - all).abs().max_element() <= 1e-6 * all.max_element(), "{a} and {b}, {all}");
+    }
+}
+
+/// A view has the picture of a camera of the scene, also where all lies so far away that the scene is moved.
+#[test]
+fn a_view_is_as_good_as_a_camera() {
+    for far in [0.0, 1e5] {
+        let mut b = scene();
+        let away = DVec3::new(far, 0.0, far);
+        b.0.instances.iter_mut().for_each(|i| i.transform.translation += away);
+        b.0.cameras[0].transform.translation += away;
+        let world = b.commit();
+        let camera = b.0.cameras.remove(0);
+        let expected = common::run(&world, &settings(Integrator::Bdpt, 24, 2, 5)).image;
+        let view = Some(camera.clone());
+        let settings = Settings { view, camera: 9, ..settings(Integrator::Bdpt, 24, 2, 5) };
+        let same = |world: &World| common::run(world, &settings).image == expected;
+        assert!(same(&world) && same(&b.commit()), "{far}");
+        let projection = Projection::Perspective { yfov: f64::NAN };
+        let wrong = Settings { view: Some(Camera { projection, ..camera }), ..settings.clone() };
+        let error = render(&world, &wrong, &Cancel::default(), &|_| ()).expect_err("no view").to_string();
+        assert!(error.contains("yfov is NaN"), "{error}");
     }
 }
 

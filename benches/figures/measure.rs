@@ -1,7 +1,7 @@
 //! References, caustic regions, and what an integrator reaches in them.
 
 use caustica::io::gltf;
-use caustica::render::{Cancel, Caustics, Image, Integrator, Output, Settings, render};
+use caustica::render::{Cancel, Caustics, Image, Integrator, Output, Settings, render, samples_by_limits};
 use caustica::scene::{CommitOptions, World};
 use caustica::transport::options::CausticOptions;
 use glam::DVec3;
@@ -60,7 +60,7 @@ impl Subject {
     pub(crate) fn render(&self, method: &Method, budget: Budget, seed: u64, caustics_only: bool) -> Output {
         let (samples, time_limit) = match budget {
             Budget::Samples(n) => (n, None),
-            Budget::Seconds(s) => (u32::MAX, Some(Duration::from_secs_f64(s))),
+            Budget::Seconds(s) => (samples_by_limits(true, false, 0), Some(Duration::from_secs_f64(s))),
         };
         let settings = Settings {
             integrator: method.integrator,

@@ -95,7 +95,7 @@ fn add(
     camera: Out<Handle<Camera>>,
 ) -> Result<i32, Failure> {
     let scene = device.scenes.get(scene)?;
-    let state = read(desc, 0)?;
+    let state = read(desc, "desc", 0)?;
     let mut contents = scene.edit()?;
     let (handle, object) = device.cameras.insert(|id| Camera::new(id, &scene, state))?;
     contents.cameras.push(object);
@@ -123,7 +123,7 @@ fn at(device: &Arc<Device>, scene: Handle<Scene>, index: u64, camera: Out<Handle
 
 fn set(device: &Arc<Device>, camera: Handle<Camera>, desc: In<CameraDesc>) -> Result<i32, Failure> {
     let object = device.cameras.get(camera)?;
-    let mut new = read(desc, object.id)?;
+    let mut new = read(desc, "desc", object.id)?;
     let mut state = object.state.lock().map_err(|_| object.broken())?;
     if new.name.is_empty() {
         new.name = std::mem::take(&mut state.name);
@@ -153,8 +153,9 @@ fn remove(device: &Arc<Device>, camera: Handle<Camera>) -> Result<i32, Failure> 
     Ok(OK)
 }
 
-fn read(desc: In<CameraDesc>, id: u64) -> Result<description::Camera, Failure> {
-    let d = desc.read("desc")?;
+/// The camera of a struct that the host passes as `parameter`; `id` 0 for one without a handle.
+pub(super) fn read(desc: In<CameraDesc>, parameter: &'static str, id: u64) -> Result<description::Camera, Failure> {
+    let d = desc.read(parameter)?;
     let name = d.name.read("name", MAX_NAME)?;
     let named = |failure: Failure| failure.object_if_none(OBJECT_CAMERA, id, &name);
     let projection = match d.projection {

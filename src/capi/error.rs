@@ -208,6 +208,8 @@ impl From<RenderError> for Failure {
             RenderError::Setting { setting, .. } => {
                 Failure { parameter: setting.replace(' ', "_"), ..Failure::new(ERROR_INVALID_ARGUMENT, text) }
             }
+            // It has no handle.
+            RenderError::View(error) => Origins::default().explain(error),
             RenderError::OutOfMemory { .. } | RenderError::OutOfMemoryForTechniques { .. } => {
                 Failure::new(ERROR_OUT_OF_MEMORY, text)
             }

@@ -50,6 +50,11 @@ impl<T: Sized32> In<T> {
         In(pointer)
     }
 
+    /// Whether there is none.
+    pub(super) fn is_null(self) -> bool {
+        self.0.is_null()
+    }
+
     /// For C's `const T*` that may be null.
     pub(super) fn read_optional(self, parameter: &'static str) -> Result<Option<T>, Failure> {
         if self.0.is_null() { Ok(None) } else { self.read(parameter).map(Some) }

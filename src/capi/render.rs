@@ -3,7 +3,7 @@
 //! A failure lives in its render. After a wait has said that a render is over, its thread is joined and
 //! nothing of the host's is touched any more.
 
-use super::camera::Camera;
+use super::camera::{self, Camera, CameraDesc};
 use super::device::{Device, MAX_THREADS, Messages, User};
 use super::error::*;
 use super::guard;
@@ -44,6 +44,8 @@ pub const STATE_FAILED: u32 = 4;
 /// Called with how far a render is; 0 asks it to stop. C's `bool`, taken as a byte because a host
 /// written in another language may return any.
 pub type ProgressCallback = unsafe extern "C" fn(user: *mut c_void, progress: *const Progress) -> u8;
+/// `caustica_done_callback`.
+pub type DoneCallback = unsafe extern "C" fn(user: *mut c_void, render: Handle<Render>, result: i32);
 
 /// `caustica_progress`.
 #[derive(Clone, Copy)]
@@ -123,6 +125,10 @@ pub struct RenderDesc {
     pub transparent: u32,
     /// Zero.
     pub reserved: u32,
+    /// In place of `camera`; null for that.
+    pub camera_desc: In<CameraDesc>,
+    /// Null for none.
+    pub done: Option<DoneCallback>,
 }
 
 /// `caustica_region`.
@@ -142,7 +148,7 @@ pub struct Region {
 // SAFETY: `repr(C)`, `u32` first; callback and options are C's nullable pointers, the rest are numbers.
 unsafe impl Sized32 for RenderDesc {
     const NAME: &'static str = "caustica_render_desc";
-    const FIRST_SIZE: usize = 128;
+    const FIRST_SIZE: usize = 144;
 }
 
 /// What came of a render, and what it was.
@@ -278,15 +284,25 @@ impl Render {
             messages.error(&failure);
             Failure { told: true, ..failure }
         });
-        let Request { snapshot, settings, .. } = request;
+        let Request { snapshot, settings, done, user, .. } = request;
+        let code = match &result {
+            Ok(output) if output.cancelled => CANCELLED,
+            Ok(_) => OK,
+            Err(failure) => failure.code,
+        };
+        let camera = settings.view.as_ref().or_else(|| snapshot.world.cameras.get(settings.camera));
         let finished = Finished {
             result,
             scene_hash: snapshot.world.hash(),
-            camera: snapshot.world.cameras.get(settings.camera).map_or_else(String::new, |c| c.name.clone()),
+            camera: camera.map_or_else(String::new, |camera| camera.name.clone()),
             settings,
         };
         drop(snapshot);
         self.publish(finished);
+        if let Some(done) = done {
+            // SAFETY: the host promised a function of this type, which neither throws nor jumps out.
+            guard::call_host(|| unsafe { done(user.0, Handle::new(self.id), code) });
+        }
     }
 
     /// It is over.
@@ -306,6 +322,7 @@ struct Request {
     snapshot: Arc<Snapshot>,
     settings: Settings,
     progress: Option<ProgressCallback>,
+    done: Option<DoneCallback>,
     user: User,
 }
 
@@ -445,6 +462,10 @@ fn request(device: &Arc<Device>, desc: In<RenderDesc>) -> Result<Request, Failur
     let snapshot = scene.snapshot().ok_or_else(|| {
         Failure::new(ERROR_WRONG_STATE, "the scene was never committed").object(OBJECT_SCENE, scene.id, "")
     })?;
+    let view = if d.camera_desc.is_null() { None } else { Some(camera::read(d.camera_desc, "camera_desc", 0)?) };
+    if view.is_some() && d.camera.id() != 0 {
+        return Err(Failure::argument("camera", "is given beside camera_desc; one of them was expected"));
+    }
     let caustic_options = d.caustic_options.read_optional("caustic_options")?.map(|o| o.convert()).transpose()?;
     let defaults = Settings::default();
     let settings = Settings {
@@ -457,7 +478,8 @@ fn request(device: &Arc<Device>, desc: In<RenderDesc>) -> Result<Request, Failur
         width: or(d.width, defaults.width),
         height: or(d.height, defaults.height),
         region: (region != render::Region::all(0, 0)).then_some(region),
-        camera: camera_index(device, &snapshot, d.camera)?,
+        camera: if view.is_some() { 0 } else { camera_index(device, &snapshot, d.camera)? },
+        view,
         // Without a number, the limits alone decide.
         samples: or(d.samples, render::samples_by_limits(seconds > 0.0, noise != 0.0, d.first_sample)),
         first_sample: d.first_sample,
@@ -475,7 +497,7 @@ fn request(device: &Arc<Device>, desc: In<RenderDesc>) -> Result<Request, Failur
         ..defaults
     };
     render::validate(&snapshot.world, &settings)?;
-    Ok(Request { snapshot, settings, progress: d.progress, user: User(d.user) })
+    Ok(Request { snapshot, settings, progress: d.progress, done: d.done, user: User(d.user) })
 }
 
 /// Zero means the default.

@@ -1,6 +1,7 @@
 //! Why a render could not run.
 
 use crate::pool;
+use crate::scene::SceneError;
 
 /// Why a render could not run.
 #[derive(Debug, thiserror::Error)]
@@ -15,6 +16,9 @@ pub enum RenderError {
         /// What would do.
         expected: String,
     },
+    /// The camera of [`super::Settings::view`] cannot be.
+    #[error(transparent)]
+    View(#[from] SceneError),
     /// The film does not fit into memory.
     #[error("not enough memory for a {width}x{height} film")]
     OutOfMemory {

@@ -26,7 +26,7 @@ const FILM_PROBES: u32 = 1024;
 /// The camera of a validated request.
 pub(super) fn view(world: &World, settings: &Settings) -> View {
     let region = settings.region();
-    let camera = Camera::new(&world.cameras[settings.camera], settings.width, settings.height, region);
+    let camera = Camera::new(&settings.camera(world), settings.width, settings.height, region);
     let [corner, size] = [[region.x, region.y], [region.width, region.height]].map(|side| UVec2::from(side).as_vec2());
     let at = |i| world.medium_at(camera.generate(corner + pixel_position(0, 0, i) * size).0);
     let first = at(0);

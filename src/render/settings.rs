@@ -3,7 +3,7 @@
 use super::RenderError;
 use super::pilot::PILOT_SAMPLES;
 use crate::camera::Region;
-use crate::scene::World;
+use crate::scene::{World, description, validate_camera};
 use crate::transport::options::{
     CausticOptions, Check, GeometryTerm, LARGEST_AIM, LARGEST_TOLERANCE, LEAST_LIGHT_SUBPATHS, LEAST_TOLERANCE,
     MOST_ITERATIONS, MOST_LIGHT_SUBPATHS, MOST_SEEDS,
@@ -40,6 +40,8 @@ pub struct Settings {
     pub region: Option<Region>,
     /// Index into the scene's cameras.
     pub camera: usize,
+    /// In place of that: a camera that need not be in the scene.
+    pub view: Option<description::Camera>,
     /// Samples per pixel; with a limit of time or noise, at most so many.
     pub samples: u32,
     /// Number of the first of them: renders of 0 to 63 and of 64 to 127 have, on average, the image of 0 to 127.
@@ -82,6 +84,7 @@ impl Default for Settings {
             height: 512,
             region: None,
             camera: 0,
+            view: None,
             samples: 64,
             first_sample: 0,
             time_limit: None,
@@ -104,6 +107,14 @@ impl Settings {
     /// What of the frame is rendered.
     pub fn region(&self) -> Region {
         self.region.unwrap_or(Region::all(self.width, self.height))
+    }
+
+    /// The camera, of a validated request: in the coordinates of `world`, which lie about its [`World::origin`].
+    pub(super) fn camera(&self, world: &World) -> description::Camera {
+        let Some(view) = &self.view else { return world.cameras[self.camera].clone() };
+        let mut camera = view.clone();
+        camera.transform.translation -= world.origin;
+        camera
     }
 
     /// The settings that change an image beside its samples and seed, for its metadata.
@@ -208,7 +219,9 @@ pub(crate) fn validate(world: &World, settings: &Settings) -> Result<(), RenderE
     if let Some(noise) = settings.noise_limit.filter(|n| !(*n > 0.0 && n.is_finite())) {
         return RenderError::setting("noise_limit", noise, "a finite number above 0 was expected");
     }
-    if settings.camera >= world.cameras.len() {
+    if let Some(camera) = &settings.view {
+        validate_camera(0, camera)?;
+    } else if settings.camera >= world.cameras.len() {
         let expected = format!("the scene has {} cameras", world.cameras.len());
         return RenderError::setting("camera", settings.camera, expected);
     }

@@ -100,14 +100,19 @@ pub(super) fn validate(d: &Description) -> Result<(), SceneError> {
     }
     validate_environment(&d.environment)?;
     for (index, camera) in d.cameras.iter().enumerate() {
-        let object = Object { kind: "camera", index, name: &camera.name };
-        object.transform(&camera.transform)?;
-        match camera.projection {
-            Projection::Perspective { yfov } => object.range("yfov", yfov, 1e-6, std::f64::consts::PI - 1e-6)?,
-            Projection::Orthographic { ymag } => object.range("ymag", ymag, f64::MIN_POSITIVE, LARGEST_COORDINATE)?,
-        }
+        validate_camera(index, camera)?;
     }
     Ok(())
+}
+
+/// Checks a camera, in a description or beside one.
+pub(crate) fn validate_camera(index: usize, camera: &Camera) -> Result<(), SceneError> {
+    let object = Object { kind: "camera", index, name: &camera.name };
+    object.transform(&camera.transform)?;
+    match camera.projection {
+        Projection::Perspective { yfov } => object.range("yfov", yfov, 1e-6, std::f64::consts::PI - 1e-6),
+        Projection::Orthographic { ymag } => object.range("ymag", ymag, f64::MIN_POSITIVE, LARGEST_COORDINATE),
+    }
 }
 
 fn validate_environment(environment: &Environment) -> Result<(), SceneError> {

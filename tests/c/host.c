@@ -459,6 +459,49 @@ static void transparent(void) {
     TRUE(clear > 100 && clear < 1000 && partly > 10);
 }
 
+struct ended {
+    int calls;
+    uint64_t render;
+    caustica_result result;
+};
+
+static void on_done(void* user, caustica_render_job render, caustica_result result) {
+    struct ended* ended = user;
+    caustica_statistics statistics = {.struct_size = sizeof statistics};
+    ++ended->calls;
+    ended->render = render.id;
+    ended->result = result;
+    TRUE(caustica_render_result(device, render, &statistics) == result && statistics.width == 40);
+}
+
+/* A view that no commit knows, and the end of a render, told to whoever does not wait. */
+static void views(uint64_t before) {
+    caustica_render_desc desc = request(4);
+    caustica_camera_desc view = {.struct_size = sizeof view, .projection = CAUSTICA_CAMERA_PERSPECTIVE, .yfov = 0.8};
+    caustica_detail detail = {.struct_size = sizeof detail};
+    struct ended ended = {0, 0, 0};
+    caustica_render_job render;
+    view.transform[0] = view.transform[5] = view.transform[10] = 1;
+    view.transform[11] = 5;
+    desc.camera_desc = &view;
+    desc.done = on_done;
+    desc.user = &ended;
+    TRUE(render_hash(&desc) == before && ended.calls == 1 && ended.result == CAUSTICA_OK);
+    view.transform[3] = 0.5;
+    TRUE(render_hash(&desc) != before && ended.calls == 2);
+    view.yfov = 9;
+    TRUE(caustica_render_start(device, &desc, &render) == CAUSTICA_ERROR_INVALID_ARGUMENT && ended.calls == 2);
+    OK(caustica_last_error(device, &detail));
+    TRUE(detail.object_kind == CAUSTICA_OBJECT_CAMERA && strcmp(detail.parameter, "yfov") == 0);
+    desc.camera_desc = NULL;
+    desc.samples = 100000000;
+    OK(caustica_render_start(device, &desc, &render));
+    OK(caustica_render_cancel(device, render));
+    OK(caustica_render_wait(device, render, -1));
+    TRUE(ended.calls == 3 && ended.render == render.id && ended.result != CAUSTICA_OK);
+    OK(caustica_render_release(device, render));
+}
+
 /* What is hidden, or scaled to nothing, is as if it were not there; of the second there is a warning, once. */
 static void hidden(uint64_t before) {
     const double nothing[12] = {0};
@@ -823,6 +866,7 @@ int main(void) {
     cameras(h);
     hidden(h);
     transparent();
+    views(h);
     deformed();
     surroundings(h);
     textures(h);

@@ -630,6 +630,16 @@ static void render_calls(void) {
     WITH(desc.clamp, -1, INVALID, caustica_render(device, &desc, &render));
     WITH(desc.transparent, 2, INVALID, caustica_render(device, &desc, &render));
     WITH(desc.reserved, 1, INVALID, caustica_render(device, &desc, &render));
+    caustica_camera_desc view = cd;
+    desc.camera_desc = &view;
+    EXPECT(INVALID, caustica_render(device, &desc, &render)); /* beside a camera */
+    desc.camera.id = 0;
+    SIZES(view, caustica_render(device, &desc, &render));
+    WITH(view.projection, 0, INVALID, caustica_render(device, &desc, &render));
+    WITH(view.yfov, 4, INVALID, caustica_render(device, &desc, &render));
+    WITH(view.transform[3], NAN, INVALID, caustica_render_start(device, &desc, &render));
+    desc.camera_desc = NULL;
+    desc.camera = camera;
     desc.transparent = 1;
     WITH(desc.integrator, CAUSTICA_INTEGRATOR_LIGHT, INVALID, caustica_render(device, &desc, &render));
     desc.transparent = 0;
