@@ -161,9 +161,10 @@ enum {
 enum { CAUSTICA_SEVERITY_INFO = 1, CAUSTICA_SEVERITY_WARNING = 2, CAUSTICA_SEVERITY_ERROR = 3 };
 
 /* Receives what renders of a scene cannot find (info), warnings, and every error that a call or a render on the
- * device ends with, but for calls inside of this callback, CAUSTICA_ERROR_BUSY and that a render still runs or has no image yet, which a host
- * may try as often as it likes. What a commit says is not said again by the next of the same scene. Called on the thread of
- * that call, or on the render's thread: possibly on several at once. `detail` is valid during the call. */
+ * device ends with. Not calls inside of this callback, nor CAUSTICA_ERROR_BUSY, nor that a render still runs or has no
+ * image yet, which a host may try as often as it likes. What a commit says is not said again by the next of the same
+ * scene. Called on the thread of that call, or on the render's thread: possibly on several at once. `detail` is valid
+ * during the call. */
 typedef void (*caustica_message_callback)(void* user, uint32_t severity, const caustica_detail* detail);
 
 typedef struct caustica_device_options {
@@ -298,7 +299,7 @@ typedef struct caustica_material_desc {
     caustica_texture metallic_roughness_texture; /* glTF, where transmission is 0: green multiplies roughness,
                                                     blue metallic; what roughness leaves rough is never quite
                                                     a mirror: 0.032 at least */
-    caustica_texture emission_texture;           /* multiplies emission */
+    caustica_texture emission_texture;           /* multiplies emission; what has no texture coordinates emits nothing */
     caustica_texture normal_texture;             /* of the shading normal, where nothing refracts: twice the texel
                                                     less 1 is its part to the right in the image, upward in it, and
                                                     along the mesh's normal; LINEAR8 or FLOAT, not SRGB8 */
@@ -392,7 +393,7 @@ typedef struct caustica_commit_report {
 } caustica_commit_report;
 
 /* Checks the scene, builds, and makes the snapshot that later renders use; an empty scene, too. An instance that its
- * transform scales to nothing is left out, with a warning. It is here that the values of
+ * transform scales to nothing or flattens is left out, with a warning. It is here that the values of
  * meshes, materials, instances, lights and cameras are checked. On an error the last snapshot stays, and
  * the details name object, field, index and value. `report` may be NULL. Where meshes and instances are as
  * they were and where they were, geometry is not built again: a change of cameras, lights and materials commits
@@ -681,7 +682,7 @@ enum {
     CAUSTICA_IMAGE_RADIANCE = 0,
     /* For denoisers, of renders that were asked for features: colour (0 to 1) and shading normal (world space, on the side
      * that is seen) of the first surface that is not all smooth glass or mirror, seen through those; lamps and the
-     * environment have the colour of their light, the environment no normal. Averages over the samples of a pixel: normals
+     * environment have the colour of their light, the environment no normal, and where it is left out (`transparent`) no colour. Averages over the samples of a pixel: normals
      * are shorter than 1 where these differ. While it renders, images that are read one after another may be of different
      * passes: `samples` tells. */
     CAUSTICA_IMAGE_ALBEDO = 1,
@@ -705,8 +706,8 @@ typedef struct caustica_pixels {
 caustica_result caustica_render_read(caustica_device* device, caustica_render_job render,
                                      const caustica_pixels* pixels);
 
-/* Writes the image of a render that is over to a file, whose format its extension names: .exr (16-bit half)
- * is always there, and the only one with alpha; .tif (32-bit float), .hdr, and .png and .jpg (8-bit sRGB, cut at 1) need OpenImageIO. For
+/* Writes the image of a render that is over to a file, whose format its extension names: .exr (16-bit half, the only one
+ * with alpha) is always there; .tif (32-bit float), .hdr, and .png and .jpg (8-bit sRGB, cut at 1) need OpenImageIO. For
  * all bits: caustica_render_read. CAUSTICA_ERROR_WRONG_STATE while it runs, or if it was cancelled before its first
  * whole pass. On an error a file that was there before is as it was. */
 caustica_result caustica_render_write(caustica_device* device, caustica_render_job render, const char* path);

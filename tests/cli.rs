@@ -332,15 +332,22 @@ fn files_that_lack_what_a_render_needs() {
     let seen = render(&[]);
     assert!(seen.contains("seen from") && seen.contains("transmits as a thin wall does"), "{seen}");
     let seen = render(&["--solid-glass", "--look-from", "0,-9,0", "--look-at", "0,1,0", "--fov", "30"]);
-    assert!(!seen.contains("seen from") && !seen.contains("thin"), "{seen}");
+    assert!(
+        !seen.contains("seen from") && !seen.contains("thin") && seen.contains("1 instance is made solid"),
+        "{seen}"
+    );
     expect(2, &["render", &scene, "-o", &image, "--look-from", "0,1,2", "--camera", "0"]);
     expect(2, &["render", &scene, "-o", &image, "--look-from", "0,1"]);
+    let (_, err) = expect(1, &["render", SCENE, "-o", &image, "--fov", "60"]);
+    assert!(err.contains("--fov needs --look-from"), "{err}");
 }
 
 #[test]
 fn light_tracing_has_no_alpha() {
     let (_, err) = expect(2, &["render", SCENE, "-o", "a.exr", "--transparent", "--integrator", "light"]);
     assert!(err.contains("--transparent needs"), "{err}");
+    let (_, err) = expect(2, &["render", SCENE, "-o", "a.exr", "--transparent", "--image-io", "oiio"]);
+    assert!(err.contains("keeps alpha"), "{err}");
 }
 
 /// Lights of a file are as bright as it is told; white pictures are told.

@@ -87,7 +87,9 @@ pub(super) fn with_device(
 
 /// Body of a function that a device does not outlive; what goes wrong is still said of it.
 pub(super) fn about_device(pointer: DevicePointer, body: impl FnOnce() -> Result<i32, Failure>) -> i32 {
-    enter(pointer, &mut None, |_| {
+    // For the message of its refusal.
+    let mut found = if in_callback() { device::find(pointer).ok() } else { None };
+    enter(pointer, &mut found, |_| {
         refuse_in_callback(false)?;
         body()
     })

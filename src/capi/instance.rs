@@ -8,6 +8,7 @@ use super::material::Material;
 use super::mesh::Mesh;
 use super::pointer::{MAX_NAME, Out, Text, Values};
 use super::scene::Scene;
+use crate::scene::is_invertible;
 use glam::{DAffine3, DMat3, DVec3};
 use std::sync::{Arc, Mutex, MutexGuard, Weak};
 
@@ -37,10 +38,9 @@ impl Placement {
         Placement { material, transform, visible: true }
     }
 
-    /// Whether it is scaled to nothing along an axis, as hosts do to hide things.
+    /// Whether it is scaled to nothing, as hosts do to hide things, or flattened.
     pub(super) fn collapsed(&self) -> bool {
-        let m = self.transform.matrix3;
-        [m.x_axis, m.y_axis, m.z_axis].contains(&DVec3::ZERO)
+        !is_invertible(&self.transform.matrix3)
     }
 }
 

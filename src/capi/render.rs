@@ -262,8 +262,13 @@ impl Render {
     /// The latest report, from now on; a poll between two of them may have told more.
     fn note(&self, report: render::Progress) -> render::Progress {
         let mut latest = lock(&self.latest);
-        let (fraction, samples) = (report.fraction.max(latest.fraction), report.samples.max(latest.samples));
-        *latest = render::Progress { fraction, samples, ..report };
+        *latest = render::Progress {
+            fraction: report.fraction.max(latest.fraction),
+            samples: report.samples.max(latest.samples),
+            rays: report.rays.max(latest.rays),
+            elapsed: report.elapsed.max(latest.elapsed),
+            noise: report.noise,
+        };
         *latest
     }
 
@@ -615,11 +620,16 @@ mod tests {
     #[test]
     fn reports_do_not_go_back() {
         let render = Render::new(1, false);
-        let report = |fraction, samples| render::Progress { fraction, samples, ..*lock(&render.latest) };
-        let polled = report(0.6, 7);
-        render.note(polled);
-        let late = report(0.5, 6);
-        let seen = render.note(late);
-        assert_eq!((seen.fraction, seen.samples), (0.6, 7));
+        let report = |fraction, samples, rays| render::Progress {
+            fraction,
+            samples,
+            rays,
+            elapsed: Duration::from_secs(rays),
+            noise: 0.5,
+        };
+        render.note(report(0.6, 7, 1));
+        let seen = render.note(report(0.5, 6, 2));
+        assert_eq!((seen.fraction, seen.samples, seen.rays, seen.elapsed.as_secs()), (0.6, 7, 2, 2));
+        assert_eq!(render.note(report(0.7, 7, 1)).rays, 2);
     }
 }

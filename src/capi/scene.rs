@@ -15,7 +15,7 @@ use super::texture::Textures;
 use crate::scene::description::{self, Description, Environment};
 use crate::scene::{CommitOptions, Warning, World};
 use crate::transport::limits::limits;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 use std::time::Instant;
 
@@ -75,7 +75,7 @@ pub(super) struct Snapshot {
 }
 
 /// What there is to tell of a scene, or of an instance: its id and its name.
-#[derive(Clone, PartialEq)]
+#[derive(Clone, PartialEq, Eq, Hash)]
 struct Remark {
     severity: u32,
     instance: Option<(u64, String)>,
@@ -177,7 +177,8 @@ fn commit(device: &Arc<Device>, scene: Handle<Scene>, report: OutStruct<CommitRe
     let previous = scene.snapshot();
     let world = World::commit_after(previous.as_ref().map(|snapshot| &snapshot.world), &description, options)
         .map_err(|error| origins.explain(error).object_if_none(OBJECT_SCENE, scene.id, ""))?;
-    let told = previous.map_or_else(Vec::new, |snapshot| snapshot.remarks.clone());
+    let told: HashSet<Remark> =
+        previous.map_or_else(HashSet::new, |snapshot| snapshot.remarks.iter().cloned().collect());
     let warnings = world.warnings.iter().map(|warning| Remark::warning(warning, &origins.instances));
     let limits = limits(&world).into_iter().map(|text| Remark { severity: SEVERITY_INFO, instance: None, text });
     let remarks = warnings.chain(left_out).chain(limits).collect();
@@ -188,7 +189,7 @@ fn commit(device: &Arc<Device>, scene: Handle<Scene>, report: OutStruct<CommitRe
     drop(committing);
 
     let world = &snapshot.world;
-    for remark in snapshot.remarks.iter().filter(|remark| !told.contains(remark)) {
+    for remark in snapshot.remarks.iter().filter(|remark| !told.contains(*remark)) {
         let message = Failure::new(OK, remark.text.as_str());
         let message = match &remark.instance {
             Some((id, name)) => message.object(OBJECT_INSTANCE, *id, name),
@@ -221,7 +222,8 @@ fn describe(contents: &Contents) -> Result<(Description, Origins, Vec<Remark>), 
             continue;
         }
         if placement.collapsed() {
-            let warning = Warning::of(0, &instance.name, "its transform scales it to nothing: it is left out");
+            let warning =
+                Warning::of(0, &instance.name, "its transform scales it to nothing or flattens it: it is left out");
             left_out.push(Remark::warning(&warning, &[instance.id]));
             continue;
         }

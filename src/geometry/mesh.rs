@@ -1,5 +1,6 @@
 //! Triangle meshes in world space.
 
+use super::enclosure::is_sealed;
 use super::surface::{ROUNDOFF, position_error};
 use super::{Enclosure, Ray, SurfacePoint};
 use glam::{DVec3, Vec2, Vec3};
@@ -42,6 +43,11 @@ impl Mesh {
     /// What it encloses.
     pub fn enclosure(&self) -> Enclosure {
         Enclosure::of(&self.triangles, |i| self.positions[i as usize].as_dvec3())
+    }
+
+    /// See [`is_sealed`].
+    pub fn is_sealed(&self) -> bool {
+        is_sealed(&self.triangles, |i| self.positions[i as usize].as_dvec3())
     }
 
     /// What stands at the vertices, at a point of a triangle.

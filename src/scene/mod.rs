@@ -12,7 +12,7 @@ mod validate;
 pub mod world;
 
 use crate::text::shown;
-pub(crate) use validate::validate_camera;
+pub(crate) use validate::{is_invertible, validate_camera};
 pub use world::{CommitOptions, World};
 
 /// What is wrong with a description.

@@ -40,25 +40,26 @@ pub(super) fn warnings(
     for (index, (instance, shape)) in d.instances.iter().zip(shapes).enumerate() {
         let mut warn = |what: &str| warnings.push(Warning::of(index, &instance.name, what));
         let Material { name, scattering, .. } = &d.materials[instance.material];
-        let (media, thin) = (media(instance.material), scattering.is_thin_by_default());
-        let (enclosure, of) = match (instance.geometry, shape) {
-            (Geometry::Mesh(of), Shape::Mesh(mesh)) => {
-                if seen.insert(of) {
-                    let flat = (0..mesh.triangles.len() as u32).filter(|&t| mesh.area(t) == 0.0).count();
-                    if flat > 0 {
-                        warn(&format!("{flat} triangles without area are never hit"));
-                    }
-                    if mesh.triangles.is_empty() {
-                        warn("it has no triangles");
-                    }
-                }
-                (if media.is_some() || thin { mesh.enclosure() } else { Enclosure::Nothing }, Some(of))
+        if let (Geometry::Mesh(of), Shape::Mesh(mesh)) = (instance.geometry, shape)
+            && seen.insert(of)
+        {
+            let flat = (0..mesh.triangles.len() as u32).filter(|&t| mesh.area(t) == 0.0).count();
+            if flat > 0 {
+                warn(&format!("{flat} triangles without area are never hit"));
             }
-            _ => (Enclosure::Outward, None),
-        };
-        if !seen_with.insert((of, instance.material)) {
+            if mesh.triangles.is_empty() {
+                warn("it has no triangles");
+            }
+        }
+        let (media, thin) = (media(instance.material), scattering.is_thin_by_default());
+        let of = if let Geometry::Mesh(of) = instance.geometry { Some(of) } else { None };
+        if media.is_none() && !thin || !seen_with.insert((of, instance.material)) {
             continue;
         }
+        let (enclosure, sealed) = match shape {
+            Shape::Mesh(mesh) => (mesh.enclosure(), mesh.is_sealed()),
+            Shape::Sphere(_) => (Enclosure::Outward, true),
+        };
         if enclosure == Enclosure::Inward && media.is_some() {
             warn(
                 "closed glass whose triangles face inward has its glass around it, which is right for a hollow within other \
@@ -66,13 +67,13 @@ pub(super) fn warnings(
             );
         }
         let absorbs = |(inside, outside): (Medium, Medium)| inside.absorption != outside.absorption;
-        if enclosure == Enclosure::Open && media.is_some_and(absorbs) {
+        if !sealed && media.is_some_and(absorbs) {
             warn(
                 "its medium absorbs and is not closed: light that gets in or out beside the surface is absorbed where it \
                  should not be, or not at all",
             );
         }
-        if enclosure.is_body() && thin {
+        if enclosure.is_body() && sealed && thin {
             warn(&format!(
                 "it is closed, but its material '{}' transmits as a thin wall does: straight on, without caustics, unless it is \
                  made solid (in glTF: by a thickness above 0)",

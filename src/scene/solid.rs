@@ -2,6 +2,7 @@
 
 use super::description::{Description, Geometry, Scattering};
 use crate::geometry::Enclosure;
+use crate::geometry::enclosure::is_sealed;
 use glam::DVec3;
 use std::collections::HashMap;
 
@@ -10,17 +11,22 @@ impl Description {
     /// writers leave the thickness at 0, where light goes straight on. Their normal textures, which nothing that refracts
     /// has, are left out. How many instances it was.
     pub fn solidify(&mut self) -> usize {
-        let (mut solid, mut count) = (HashMap::new(), 0);
+        let (mut solid, mut bodies, mut count) = (HashMap::new(), HashMap::new(), 0);
         for i in 0..self.instances.len() {
-            let (geometry, thin) = (self.instances[i].geometry, self.instances[i].material);
-            let material = self.materials.get(thin);
-            if !material.is_some_and(|m| m.scattering.is_thin_by_default()) || !self.encloses(geometry) {
+            let (geometry, index) = (self.instances[i].geometry, self.instances[i].material);
+            let material = self.materials.get(index);
+            let thin = material.is_some_and(|m| m.scattering.is_thin_by_default());
+            let body = match geometry {
+                Geometry::Sphere { .. } => true,
+                Geometry::Mesh(mesh) => thin && *bodies.entry(mesh).or_insert_with(|| self.is_body(mesh)),
+            };
+            if !(thin && body) {
                 continue;
             }
             count += 1;
             let materials = &mut self.materials;
-            self.instances[i].material = *solid.entry(thin).or_insert_with(|| {
-                let mut material = materials[thin].clone();
+            self.instances[i].material = *solid.entry(index).or_insert_with(|| {
+                let mut material = materials[index].clone();
                 if let Scattering::MetallicRoughness(m) = &mut material.scattering {
                     m.solid = true;
                 }
@@ -32,12 +38,13 @@ impl Description {
         count
     }
 
-    fn encloses(&self, geometry: Geometry) -> bool {
-        let Geometry::Mesh(mesh) = geometry else { return true };
+    fn is_body(&self, mesh: usize) -> bool {
         let Some(mesh) = self.meshes.get(mesh) else { return false };
+        let position = |i: u32| DVec3::from(mesh.positions[i as usize].map(f64::from));
         let known = |i: &u32| (*i as usize) < mesh.positions.len();
         mesh.triangles.as_flattened().iter().all(known)
-            && Enclosure::of(&mesh.triangles, |i| DVec3::from(mesh.positions[i as usize].map(f64::from))).is_body()
+            && Enclosure::of(&mesh.triangles, position).is_body()
+            && is_sealed(&mesh.triangles, position)
     }
 }
 

@@ -110,8 +110,10 @@ pub(super) fn warnings(d: &Description, meshes: &[Arc<MeshDescription>], warning
     for (index, instance) in d.instances.iter().enumerate() {
         let material = &d.materials[instance.material];
         let lost = material.textures.any() && coordinates(instance.geometry, meshes).is_none();
-        if lost && seen.insert(instance.material) {
-            let light = if material.textures.emission.is_some() { ", and its light with them" } else { "" };
+        // Each lamp that is dark for it, and each material.
+        let dark = material.textures.emission.is_some();
+        if lost && (seen.insert(instance.material) || dark) {
+            let light = if dark { ", and its light with them" } else { "" };
             let material = shown(&material.name);
             let text =
                 format!("it has no texture coordinates: the textures of its material '{material}' are left out{light}");

@@ -16,6 +16,12 @@ struct Object<'a> {
     name: &'a str,
 }
 
+/// Whether there is a way back. Relative to the axes' lengths, so that a tiny but sound scale passes.
+pub(crate) fn is_invertible(m: &DMat3) -> bool {
+    let volume = m.x_axis.length() * m.y_axis.length() * m.z_axis.length();
+    m.determinant().abs() > 1e-12 * volume && volume != 0.0
+}
+
 impl Object<'_> {
     fn fail<T>(&self, field: impl Into<String>, value: impl ToString, expected: &str) -> Result<T, SceneError> {
         Err(SceneError::Invalid {
@@ -64,9 +70,7 @@ impl Object<'_> {
         if !m.is_finite() {
             return self.fail("transform", rows(&m), "finite numbers were expected");
         }
-        // Relative to the axes' lengths, so that a tiny but sound scale passes.
-        let volume = m.x_axis.length() * m.y_axis.length() * m.z_axis.length();
-        if !(m.determinant().abs() > 1e-12 * volume) || volume == 0.0 {
+        if !is_invertible(&m) {
             return self.fail("transform", rows(&m), "an invertible matrix was expected");
         }
         Ok(())

@@ -205,8 +205,11 @@ impl Picture {
     /// The settings that these say, for cameras that were meant for pictures of these shapes; the others are the library's.
     pub(crate) fn settings(&self, cameras: &[Camera], aspects: &[Option<f64>]) -> Result<Settings, Failure> {
         // The last of them if it was put there.
-        let camera =
-            if self.view.is_asked_for() { cameras.len() - 1 } else { scene::camera(cameras, self.camera.as_deref())? };
+        let camera = if self.view.look_from.is_some() {
+            cameras.len() - 1
+        } else {
+            scene::camera(cameras, self.camera.as_deref())?
+        };
         let (width, height) = self.size(aspects.get(camera).copied().flatten());
         Ok(Settings {
             width,

@@ -15,7 +15,7 @@ use caustica::scene::CommitOptions;
 use clap::CommandFactory;
 use clap::error::ErrorKind;
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -36,6 +36,10 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
             "--transparent needs --integrator bdpt, mnee or path: light tracing sees nothing from the camera";
         Cli::command().error(ErrorKind::ArgumentConflict, conflict).exit();
     }
+    if args.transparent && args.image_io == ImageIoName::Oiio {
+        let conflict = "--transparent needs --image-io auto: the built-in writer alone keeps alpha";
+        Cli::command().error(ErrorKind::ArgumentConflict, conflict).exit();
+    }
     args.picture.check_used(args.integrator);
     let console = Console { quiet: args.quiet };
     // What cannot be written is found out before hours of rendering.
@@ -43,6 +47,10 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
         image::check_writable(path, &options(args))?;
     }
 
+    let is_exr = |path: &PathBuf| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+    if args.transparent && !args.output.iter().any(is_exr) {
+        console.warn("--transparent: EXR alone keeps alpha; other formats have the picture over black");
+    }
     let commit = CommitOptions { backend: args.picture.backend(), threads: args.threads };
     let Opened { description, aspects, world } = scene::open(&args.scene, commit, Some(&args.picture), console)?;
     let settings = Settings {

@@ -1,9 +1,9 @@
 //! From a scene file to a committed world, with errors that name the file.
 
-use crate::Failure;
 use crate::args::{Picture, Surroundings};
 use crate::console::Console;
 use crate::view::View;
+use crate::{Failure, units};
 use caustica::io::gltf::{self, Loaded};
 use caustica::io::image::read_environment;
 use caustica::math::Rgb;
@@ -42,7 +42,8 @@ pub(crate) fn open(
     let scene = &mut loaded.description;
     if let Some(picture) = picture {
         if picture.solid_glass {
-            scene.solidify();
+            let bodies = units::count(scene.solidify(), "instance is", "instances are");
+            console.note(&format!("{}: {bodies} made solid", path.display()));
         }
         scene.lights.iter_mut().for_each(|light| light.kind.scale(picture.light_scale as f32));
         let walked_roughness = picture.connections.walked_roughness;
@@ -53,8 +54,12 @@ pub(crate) fn open(
     }
     let given = View::default();
     let view = picture.map_or(&given, |picture| &picture.view);
-    if view.is_asked_for() || scene.cameras.is_empty() {
-        let camera = view.camera(scene);
+    if let Some(option) = view.without_place().filter(|_| !scene.cameras.is_empty()) {
+        return Err(format!("{option} needs --look-from: the scene has a camera of its own").into());
+    }
+    if view.look_from.is_some() || scene.cameras.is_empty() {
+        let (width, height) = picture.map_or((1, 1), |picture| picture.size(None));
+        let camera = view.camera(scene, f64::from(width) / f64::from(height));
         if view.look_from.is_none() {
             let at = camera.transform.translation;
             console.note(&format!(

@@ -10,30 +10,31 @@ pub(crate) struct View {
     /// Look from there instead of from a camera of the scene [default: where all is seen, if the scene has none]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point, conflicts_with = "camera")]
     pub(crate) look_from: Option<DVec3>,
-    /// Look at this, in the middle of the picture [default: the middle of the scene]
+    /// Look from there at this, in the middle of the picture [default: the middle of the scene]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point, conflicts_with = "camera")]
     pub(crate) look_at: Option<DVec3>,
-    /// Height of the view of --look-from and of scenes without cameras [default: 40]
+    /// Height of the view of --look-from, and of scenes without cameras [default: 40]
     #[arg(long, value_name = "DEGREES", value_parser = angle, conflicts_with = "camera")]
     pub(crate) fov: Option<f64>,
 }
 
 impl View {
-    /// Whether a camera of the scene is not enough.
-    pub(crate) fn is_asked_for(&self) -> bool {
-        self.look_from.is_some() || self.look_at.is_some() || self.fov.is_some()
+    /// An option that says how, where nothing says from where.
+    pub(crate) fn without_place(&self) -> Option<&'static str> {
+        let how = [("--look-at", self.look_at.is_some()), ("--fov", self.fov.is_some())];
+        how.into_iter().find(|(_, given)| *given && self.look_from.is_none()).map(|(option, _)| option)
     }
 
-    /// The camera that is asked for; else one that sees all, from above its front.
-    pub(crate) fn camera(&self, scene: &Description) -> Camera {
+    /// The camera that is asked for; else one that sees all, from above its front, in a picture of that width over height.
+    pub(crate) fn camera(&self, scene: &Description, aspect: f64) -> Camera {
         let (low, high) = scene.bounds().unwrap_or((DVec3::NEG_ONE, DVec3::ONE));
         let target = self.look_at.unwrap_or((low + high) / 2.0);
         let yfov = self.fov.unwrap_or(40.0).to_radians();
         let around = |corner: DVec3| (corner - target).abs();
         let radius = around(low).max(around(high)).length().max(f64::MIN_POSITIVE);
-        let from = self
-            .look_from
-            .unwrap_or_else(|| target + DVec3::new(0.5, 0.4, 1.0).normalize() * radius / f64::sin(yfov / 2.0).min(0.9));
+        let half = (yfov / 2.0).min((f64::tan(yfov / 2.0) * aspect).atan());
+        let distance = radius / half.sin().min(0.9);
+        let from = self.look_from.unwrap_or_else(|| target + DVec3::new(0.5, 0.4, 1.0).normalize() * distance);
         let back = (from - target).normalize_or(DVec3::Z);
         let right = DVec3::Y.cross(back).normalize_or(DVec3::X);
         let matrix3 = DMat3::from_cols(right, back.cross(right), back);
@@ -81,13 +82,14 @@ mod tests {
 
     #[test]
     fn all_is_seen_from_where_nothing_is_said() {
-        for radius in [1e-3, 1.0, 1e5] {
+        for (radius, aspect) in [(1e-3, 1.0), (1.0, 3.0), (1e5, 0.25)] {
             let center = DVec3::new(7.0, -3.0, 2.0) * radius;
-            let camera = View::default().camera(&ball(center, radius));
+            let camera = View::default().camera(&ball(center, radius), aspect);
             let seen = camera.transform.inverse().transform_point3(center);
-            // The ball in the middle, within 40 degrees.
+            // The ball in the middle, within 40 degrees, and as much less as the picture is narrow.
             assert!(seen.x.abs() + seen.y.abs() < 1e-9 * radius && seen.z < 0.0, "{seen}");
-            assert!((radius / -seen.z).asin() < 20f64.to_radians());
+            let half = 20f64.to_radians().tan() * f64::min(aspect, 1.0);
+            assert!((radius / -seen.z).asin() < half.atan());
             assert!((camera.transform.matrix3.determinant() - 1.0).abs() < 1e-12);
         }
     }
@@ -96,8 +98,10 @@ mod tests {
     fn a_view_is_the_one_that_is_asked_for() {
         let from = Some(DVec3::new(0.0, 4.0, 0.0));
         let view = View { look_from: from, look_at: Some(DVec3::new(0.0, 1.0, 0.0)), fov: Some(90.0) };
-        assert!(view.is_asked_for() && !View::default().is_asked_for());
-        let camera = view.camera(&ball(DVec3::ZERO, 1.0));
+        assert!(view.without_place().is_none() && View::default().without_place().is_none());
+        let nowhere = View { look_from: None, ..View { fov: Some(90.0), ..View::default() } };
+        assert_eq!(nowhere.without_place(), Some("--fov"));
+        let camera = view.camera(&ball(DVec3::ZERO, 1.0), 1.0);
         // Straight down, which leaves no horizon.
         assert_eq!(camera.transform.transform_vector3(DVec3::NEG_Z), DVec3::NEG_Y);
         assert_eq!(Some(camera.transform.translation), from);
