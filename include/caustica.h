@@ -584,7 +584,8 @@ typedef struct caustica_render_desc {
                                the others, light subpaths are as many as the region's samples, and forecasts are the
                                region's: put together, parts have the right light and may differ in their noise, and with
                                `clamp` in what that takes */
-    uint32_t features;      /* 1: what the samples see is kept for caustica_render_read, CAUSTICA_IMAGE_ALBEDO and _NORMAL; else
+    uint32_t features;      /* 1: what the samples see is kept for caustica_render_read, CAUSTICA_IMAGE_ALBEDO, _NORMAL and
+                               _DEPTH; else
                                0. Not by CAUSTICA_INTEGRATOR_LIGHT */
     float clamp;            /* most radiance that one path may add to a pixel, in its largest channel, unless the camera sees
                                the light itself, by mirrors or through smooth glass: less noise for a bias, of which
@@ -686,7 +687,10 @@ enum {
      * are shorter than 1 where these differ. While it renders, images that are read one after another may be of different
      * passes: `samples` tells. */
     CAUSTICA_IMAGE_ALBEDO = 1,
-    CAUSTICA_IMAGE_NORMAL = 2
+    CAUSTICA_IMAGE_NORMAL = 2,
+    /* Likewise, for compositors: the distance along the direction of view, metres, of the first surface, also of glass and
+     * mirrors; in all channels. The average over those samples of a pixel that meet one; 0 where none does. */
+    CAUSTICA_IMAGE_DEPTH = 3
 };
 
 typedef struct caustica_pixels {

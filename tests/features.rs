@@ -30,7 +30,8 @@ fn wall(scattering: Scattering, emission: Rgb, before: impl FnOnce(&mut Builder)
 
 fn means(b: &Builder, integrator: Integrator) -> [Vec3; 2] {
     let features = common::run(&b.commit(), &with_features(integrator, 16, 16)).features.expect("features");
-    features.map(|image| image.pixels.iter().sum::<Vec3>() / image.pixels.len() as f32)
+    let [albedo, normal, _] = features.map(|image| image.pixels.iter().sum::<Vec3>() / image.pixels.len() as f32);
+    [albedo, normal]
 }
 
 #[test]
@@ -88,7 +89,7 @@ fn what_is_behind_a_pane_is_seen_through_it() {
     let slack = 4.0 * (reflected * (1.0 - reflected) / 65536.0f32).sqrt();
     for integrator in [Integrator::Path, Integrator::Bdpt] {
         let features = common::run(&b.commit(), &with_features(integrator, 64, 16)).features.expect("features");
-        let [albedo, normal] = features.map(|image| image.pixels.iter().sum::<Vec3>() / 4096.0);
+        let [albedo, normal, _] = features.map(|image| image.pixels.iter().sum::<Vec3>() / 4096.0);
         let error = albedo / (tint * COLOR * (1.0 - reflected)) - 1.0;
         assert!(error.abs().max_element() < slack / (1.0 - reflected), "{albedo}");
         assert!((normal - Vec3::Z * (1.0 - reflected)).length() < slack, "{normal}");
@@ -109,10 +110,39 @@ fn what_is_in_water_is_seen_from_above_and_from_within() {
             let slack = 4.0 * (reflected * (1.0 - reflected) / 65536.0f32).sqrt();
             for integrator in [Integrator::Path, Integrator::Bdpt] {
                 let features = common::run(&b.commit(), &with_features(integrator, 64, 16)).features.expect("features");
-                let [albedo, _] = features.map(|image| image.pixels.iter().sum::<Vec3>() / 4096.0);
+                let [albedo, ..] = features.map(|image| image.pixels.iter().sum::<Vec3>() / 4096.0);
                 let error = albedo / (COLOR * (1.0 - reflected)) - 1.0;
                 assert!(error.abs().max_element() < slack / (1.0 - reflected), "{low}, {integrator:?}: {albedo}");
             }
+        }
+    }
+}
+
+/// A wall, and a ball of glass that hides half of it, from a pinhole and by a parallel projection; and nothing.
+#[test]
+fn depth_is_that_of_the_first_surface_along_the_view() {
+    let sky = |b: &mut Builder| b.0.environment = Rgb::ONE.into();
+    for integrator in [Integrator::Path, Integrator::Bdpt, Integrator::Mnee] {
+        for pinhole in [false, true] {
+            let mut b = wall(Scattering::Diffuse { reflectance: COLOR }, Rgb::ZERO, sky);
+            let glass = b.glass(1.5, 0.0);
+            b.quad(Vec3::new(0.0, -9.0, 1.0), Vec3::X * 9.0, Vec3::Y * 18.0, glass);
+            if pinhole {
+                b.0.cameras.clear();
+                b.perspective([0.0, 0.0, 4.0], [0.0; 3], 0.8);
+            }
+            let depths = common::run(&b.commit(), &with_features(integrator, 16, 4));
+            let depths = depths.plane(Plane::Depth).expect("it was asked for");
+            for (i, depth) in depths.pixels.iter().enumerate() {
+                let expected = if i % 16 < 8 { 4.0 } else { 3.0 };
+                assert!((*depth - expected).abs().max_element() < 1e-5, "{integrator:?}, {pinhole}: {depth} at {i}");
+            }
+            // Beside it.
+            let mut b = wall(Scattering::Diffuse { reflectance: COLOR }, Rgb::ZERO, sky);
+            b.0.cameras.clear();
+            b.perspective([0.0, 0.0, 4.0], [0.0, 0.0, 9.0], 0.8);
+            let nothing = common::run(&b.commit(), &with_features(integrator, 4, 1));
+            assert!(nothing.plane(Plane::Depth).is_some_and(|d| d.pixels.iter().all(|p| *p == Vec3::ZERO)));
         }
     }
 }
@@ -174,9 +204,10 @@ fn pictures_are_the_same_with_features() {
         let with = common::run(&world, &Settings { features: true, ..settings.clone() });
         assert_eq!(with.image, without.image, "{settings:?}");
         assert!(without.features.is_none() && without.plane(Plane::Normal).is_none());
-        let [albedo, normal] = with.features.clone().expect("features");
+        let [albedo, normal, depth] = with.features.clone().expect("features");
         assert!(albedo.pixels.len() == with.image.pixels.len() && normal.pixels.len() == with.image.pixels.len());
         assert!(with.plane(Plane::Albedo) == Some(&albedo) && with.plane(Plane::Normal) == Some(&normal));
+        assert!(with.plane(Plane::Depth) == Some(&depth));
         assert!(with.statistics.film_bytes > without.statistics.film_bytes);
     }
 }
@@ -189,8 +220,10 @@ fn features_are_shown_while_it_renders() {
     let (cancel, preview) = (Cancel::default(), Preview::default());
     let shown: Mutex<Option<(Vec<Image>, u32)>> = Mutex::new(None);
     let progress = |_| {
-        let planes: Option<Vec<(Image, u32)>> =
-            [Plane::Albedo, Plane::Normal].into_iter().map(|plane| preview.image(plane).expect("memory")).collect();
+        let planes: Option<Vec<(Image, u32)>> = [Plane::Albedo, Plane::Normal, Plane::Depth]
+            .into_iter()
+            .map(|plane| preview.image(plane).expect("memory"))
+            .collect();
         if let Some(planes) = planes {
             let samples = planes[0].1;
             *shown.lock().unwrap() = Some((planes.into_iter().map(|(image, _)| image).collect(), samples));

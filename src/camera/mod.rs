@@ -200,6 +200,11 @@ impl Camera {
         self.project(direction.as_dvec3()).map(|(raster, _)| raster)
     }
 
+    /// Distance of `p` along the direction of view, metres.
+    pub fn depth(&self, p: Vec3) -> f32 {
+        (p.as_dvec3() - self.origin.as_dvec3()).dot(self.forward.as_dvec3()) as f32
+    }
+
     /// The raster position of what lies at `v` from the camera, if it is on the film, and its depth.
     #[inline]
     fn project(&self, v: DVec3) -> Option<(Vec2, f64)> {

@@ -22,6 +22,8 @@ pub const IMAGE_RADIANCE: u32 = 0;
 pub const IMAGE_ALBEDO: u32 = 1;
 /// What is seen: its shading normal.
 pub const IMAGE_NORMAL: u32 = 2;
+/// How far away it is.
+pub const IMAGE_DEPTH: u32 = 3;
 
 /// `caustica_pixels`: where the host wants the image.
 #[derive(Clone, Copy)]
@@ -205,6 +207,7 @@ fn read(device: &Arc<Device>, render: Handle<Render>, pixels: In<Pixels>) -> Res
         IMAGE_RADIANCE => Plane::Radiance,
         IMAGE_ALBEDO => Plane::Albedo,
         IMAGE_NORMAL => Plane::Normal,
+        IMAGE_DEPTH => Plane::Depth,
         other => return Err(Failure::argument("image", format!("is {other}; a CAUSTICA_IMAGE_ was expected"))),
     };
     if plane != Plane::Radiance && !object.features {

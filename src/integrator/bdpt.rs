@@ -80,11 +80,11 @@ pub(crate) fn from_camera<O: Observer>(
     let mut camera_numbers = stream(Stream::Camera);
     let raster = view.raster(seed, pixel, index);
     tracer.trace_camera(&view.camera, view.medium, raster, &mut camera_numbers);
-    out.covered = !tracer.camera_escaped;
+    out.covered = tracer.camera_hit.is_some();
     // What escaped has no other path.
-    let left_out = out.transparent && tracer.camera_escaped;
+    let left_out = out.transparent && !out.covered;
     if let Some(feature) = &mut out.feature {
-        *feature = if left_out { Feature::default() } else { Feature::of(tracer) };
+        *feature = if left_out { Feature::default() } else { Feature::of(tracer, &view.camera) };
     }
     let mut connect_numbers = stream(Stream::Connect);
     tracer.caustic_numbers = stream(Stream::Caustic);

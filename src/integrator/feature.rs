@@ -1,7 +1,7 @@
-//! What denoisers ask of a sample beside its light: colour and direction of what it sees (Rousselle, Manzi and Zwicker
-//! 2013; Open Image Denoise calls them auxiliary images).
+//! What denoisers and compositors ask of a sample beside its light: colour, direction and depth of what it sees (Rousselle,
+//! Manzi and Zwicker 2013; Open Image Denoise calls the first two auxiliary images).
 
-use crate::camera::Endpoint;
+use crate::camera::{Camera, Endpoint};
 use crate::math::Rgb;
 use crate::scatter::TransportMode;
 use crate::scene::World;
@@ -17,13 +17,16 @@ pub struct Feature {
     pub albedo: Rgb,
     /// Its shading normal or that of a lamp before it, world space, unit, on the side that is seen. 0 where there is none.
     pub normal: Vec3,
+    /// Depth of the first surface of all, glass and mirrors too, see [`crate::camera::Camera::depth`].
+    pub depth: Option<f32>,
 }
 
 impl Feature {
     /// Of the camera subpath that was just traced.
-    pub(super) fn of(tracer: &Tracer) -> Feature {
+    pub(super) fn of(tracer: &Tracer, camera: &Camera) -> Feature {
         let (world, start) = (tracer.world, tracer.camera_medium);
-        let mut feature = Feature::default();
+        let depth = tracer.camera_hit.map(|p| camera.depth(p));
+        let mut feature = Feature { depth, ..Feature::default() };
         let first = tracer.camera_vertices.first();
         // Past a vertex that is in part a mirror, hits have no vertex before them either.
         let until = first.map_or(u32::MAX, |vertex| vertex.segments);

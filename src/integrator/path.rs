@@ -70,6 +70,9 @@ pub fn sample(
         };
         let at = world.surface(&ray, &hit);
         let wo = -ray.direction;
+        if seeing && depth == 1 {
+            feature.depth = Some(view.camera.depth(at.p));
+        }
         if world.requirements.absorption {
             beta *= world.transmittance(medium, hit.t);
         }

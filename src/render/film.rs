@@ -5,6 +5,10 @@ use crate::integrator::Feature;
 use crate::math::{Rgb, luminance};
 use glam::{DVec3, Vec3};
 
+/// Planes of features, and which of them is the depth.
+pub(super) const FEATURES: usize = 3;
+const DEPTH: usize = 2;
+
 /// Sums over whole passes, one sample per pixel with its light subpaths in each.
 #[derive(Default)]
 pub struct Film {
@@ -16,8 +20,9 @@ pub struct Film {
     pub passes: u32,
     camera: Vec<DVec3>,
     light: Vec<DVec3>,
-    /// Albedo and normal, if asked for: sums, and room for their averages.
-    features: Option<[(Vec<DVec3>, Vec<Vec3>); 2]>,
+    /// Albedo, normal and depth, if asked for: sums, and room for their averages. Beside that of the depths stands their
+    /// number.
+    features: Option<[(Vec<DVec3>, Vec<Vec3>); FEATURES]>,
     /// Samples of each pixel that see a surface, if asked for; and room for their share.
     covered: Vec<u32>,
     room_of_alpha: Vec<f32>,
@@ -72,7 +77,7 @@ impl Film {
 
     /// Bytes held.
     pub fn bytes(&self) -> u64 {
-        let features = if self.features.is_some() { 2 * (size_of::<DVec3>() + size_of::<Vec3>()) } else { 0 };
+        let features = if self.features.is_some() { FEATURES * (size_of::<DVec3>() + size_of::<Vec3>()) } else { 0 };
         let alpha = self.covered.len() * (size_of::<u32>() + size_of::<f32>());
         (alpha + self.camera.len() * (2 * size_of::<DVec3>() + size_of::<f32>() + size_of::<Vec3>() + features)) as u64
     }
@@ -85,7 +90,10 @@ impl Film {
 
     /// Adds what a sample sees, where that is asked for.
     pub fn add_feature(&mut self, pixel: u32, feature: &Feature) {
-        if let Some([(albedo, _), (normal, _)]) = &mut self.features {
+        if let Some([(albedo, _), (normal, _), (depths, _)]) = &mut self.features {
+            if let Some(depth) = feature.depth {
+                depths[pixel as usize] += DVec3::new(depth.into(), 1.0, 0.0);
+            }
             albedo[pixel as usize] += feature.albedo.as_dvec3();
             normal[pixel as usize] += feature.normal.as_dvec3();
         }
@@ -121,11 +129,11 @@ impl Film {
         self.image(pixels, alpha)
     }
 
-    /// Those of albedo and normal, likewise.
-    pub fn last_features(&mut self) -> Option<[Image; 2]> {
+    /// Those of albedo, normal and depth, likewise.
+    pub fn last_features(&mut self) -> Option<[Image; FEATURES]> {
         let rooms = self.features.as_mut().map(|planes| planes.each_mut().map(|(_, room)| std::mem::take(room)));
-        let [albedo, normal] = rooms?;
-        Some([self.feature_image(0, albedo)?, self.feature_image(1, normal)?])
+        let [albedo, normal, depth] = rooms?;
+        Some([self.feature_image(0, albedo)?, self.feature_image(1, normal)?, self.feature_image(DEPTH, depth)?])
     }
 
     /// The same, in between, of one that is asked for.
@@ -142,15 +150,20 @@ impl Film {
             }
             Plane::Albedo => self.feature_image(0, pixels),
             Plane::Normal => self.feature_image(1, pixels),
+            Plane::Depth => self.feature_image(DEPTH, pixels),
         };
-        let asked = || RenderError::setting("features", false, "true was expected, for albedo and normal");
+        let asked = || RenderError::setting("features", false, "true was expected, for albedo, normal and depth");
         feature.map_or_else(asked, Ok)
     }
 
     fn feature_image(&self, feature: usize, mut pixels: Vec<Vec3>) -> Option<Image> {
         let (sums, _) = &self.features.as_ref()?[feature];
         let scale = 1.0 / f64::from(self.passes.max(1));
-        pixels.extend(sums.iter().map(|sum| (*sum * scale).as_vec3()));
+        let depth = |sum: &DVec3| Vec3::splat((sum.x / sum.y.max(1.0)) as f32);
+        match feature {
+            DEPTH => pixels.extend(sums.iter().map(depth)),
+            _ => pixels.extend(sums.iter().map(|sum| (*sum * scale).as_vec3())),
+        }
         Some(Image::new(self.width, self.height, pixels))
     }
 

@@ -12,6 +12,8 @@ pub enum Plane {
     Albedo,
     /// The average of [`crate::integrator::Feature::normal`]: shorter than 1 where the samples of a pixel differ.
     Normal,
+    /// The average of [`crate::integrator::Feature::depth`] over the samples that have one; 0 where none has.
+    Depth,
 }
 
 /// RGB, f32, linear Rec. 709; row 0 is the top.

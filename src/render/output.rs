@@ -1,5 +1,6 @@
 //! What a render gives: images and statistics.
 
+use super::film::FEATURES;
 use super::{Image, Plane};
 use crate::transport::walk_count::WalkCount;
 use std::collections::BTreeMap;
@@ -94,8 +95,8 @@ pub struct TechniqueImages {
 pub struct Output {
     /// The image.
     pub image: Image,
-    /// Albedo and normal, if they were asked for.
-    pub features: Option<[Image; 2]>,
+    /// Albedo, normal and depth, if they were asked for.
+    pub features: Option<[Image; FEATURES]>,
     /// By technique. Empty unless asked for.
     pub techniques: BTreeMap<Technique, TechniqueImages>,
     /// What happened.
@@ -109,8 +110,9 @@ impl Output {
     pub fn plane(&self, plane: Plane) -> Option<&Image> {
         match (plane, &self.features) {
             (Plane::Radiance, _) => Some(&self.image),
-            (Plane::Albedo, Some([albedo, _])) => Some(albedo),
-            (Plane::Normal, Some([_, normal])) => Some(normal),
+            (Plane::Albedo, Some([albedo, ..])) => Some(albedo),
+            (Plane::Normal, Some([_, normal, _])) => Some(normal),
+            (Plane::Depth, Some([.., depth])) => Some(depth),
             (_, None) => None,
         }
     }

@@ -120,7 +120,12 @@ impl Tile {
             covered.push(sample.covered);
         }
         if let Some(features) = &mut self.features {
-            features.push(sample.feature.filter(|f| (f.albedo + f.normal).is_finite()).unwrap_or_default());
+            features.push(
+                sample
+                    .feature
+                    .filter(|f| (f.albedo + f.normal + f.depth.unwrap_or(0.0)).is_finite())
+                    .unwrap_or_default(),
+            );
         }
     }
 }

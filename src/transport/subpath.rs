@@ -70,8 +70,8 @@ pub struct Tracer<'w> {
     pub max_depth: u32,
     /// Medium that the current sample's camera subpath begins in.
     pub camera_medium: MediumId,
-    /// Whether the camera subpath met nothing at all.
-    pub camera_escaped: bool,
+    /// The first surface that the camera subpath met.
+    pub camera_hit: Option<Vec3>,
     /// Camera subpath of the current sample.
     pub camera_vertices: Vec<Vertex>,
     /// Light subpath of the current sample, without its first vertex.
@@ -158,7 +158,7 @@ impl<'w> Tracer<'w> {
             world,
             max_depth,
             camera_medium: MediumId::default(),
-            camera_escaped: false,
+            camera_hit: None,
             camera_vertices: Vec::with_capacity(room),
             light_vertices: Vec::with_capacity(room),
             light_start: None,
@@ -236,7 +236,7 @@ impl<'w> Tracer<'w> {
         let (origin, direction) = camera.generate(raster);
         let medium = medium.unwrap_or_else(|| self.world.medium_at(origin));
         self.camera_medium = medium;
-        self.camera_escaped = false;
+        self.camera_hit = None;
         let mut edge = OpenEdge::new(Departure::Camera, origin, medium);
         edge.forward_is_area = true;
         let walk = Walk {
@@ -312,13 +312,15 @@ impl<'w> Tracer<'w> {
             }
             walk.segments += 1;
             let Some(hit) = world.intersector.closest(&walk.ray) else {
-                self.camera_escaped |= walk.mode == TransportMode::Radiance && walk.segments == 1;
                 if walk.mode == TransportMode::Radiance && world.requirements.hittable_lights {
                     self.escape(&walk, &mut edge);
                 }
                 return;
             };
             let at = world.surface(&walk.ray, &hit);
+            if walk.mode == TransportMode::Radiance && walk.segments == 1 {
+                self.camera_hit = Some(at.p);
+            }
 
             // The segment as both subpaths see it: from the positions of its ends.
             let (direction, distance_squared) = if edge.chain == 0 {

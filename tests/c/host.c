@@ -264,6 +264,10 @@ static void parts(void) {
     pixels.image = CAUSTICA_IMAGE_NORMAL;
     READ(part);
     for (int i = 0; i < 9 * 12 * 3; i += 3) TRUE(hypotf(hypotf(part[i], part[i + 1]), part[i + 2]) < 1.00001f);
+    pixels.image = CAUSTICA_IMAGE_DEPTH;
+    READ(part); /* the ball's front is four metres away */
+    for (int i = 0; i < 9 * 12 * 3; i += 3) TRUE((part[i] == 0 || part[i] > 3.99f) && part[i] == part[i + 2]);
+    TRUE(part[0] > 0);
     pixels.image = CAUSTICA_IMAGE_RADIANCE;
     READ(part);
     for (int y = 0; y < 9; ++y) TRUE(memcmp(part + 36 * y, whole + 3 * (40 * (11 + y) + 20), 36 * sizeof(float)) == 0);

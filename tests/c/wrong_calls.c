@@ -707,7 +707,7 @@ static void render_calls(void) {
     EXPECT(INVALID, caustica_render_read(device, over, NULL));
     SIZES(pixels, caustica_render_read(device, over, &pixels));
     WITH(pixels.format, 0, INVALID, caustica_render_read(device, over, &pixels));
-    WITH(pixels.image, 3, INVALID, caustica_render_read(device, over, &pixels));
+    WITH(pixels.image, 4, INVALID, caustica_render_read(device, over, &pixels));
     WITH(pixels.image, CAUSTICA_IMAGE_NORMAL, INVALID, caustica_render_read(device, over, &pixels)); /* not asked for */
     WITH(pixels.reserved, 1, INVALID, caustica_render_read(device, over, &pixels));
     WITH(pixels.data, NULL, INVALID, caustica_render_read(device, over, &pixels));

@@ -77,7 +77,7 @@ pub(crate) struct Render {
     #[arg(long, value_name = "RADIANCE", value_parser = positive)]
     pub(crate) clamp: Option<f64>,
     /// Also write albedo.exr and normal.exr into DIR, for denoisers: colour and direction of what is seen, through smooth
-    /// glass and by mirrors
+    /// glass and by mirrors; and depth.exr, in metres along the view: of the first surface, also of glass
     #[arg(long, value_name = "DIR")]
     pub(crate) features: Option<PathBuf>,
     /// Leave out what the camera sees of the environment with nothing before it; EXR says by its channel A where. What glass

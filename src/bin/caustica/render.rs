@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-const FEATURE_FILES: [&str; 2] = ["albedo.exr", "normal.exr"];
+const FEATURE_FILES: [&str; 3] = ["albedo.exr", "normal.exr", "depth.exr"];
 
 pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     let integrator = Integrator::from(args.integrator);
