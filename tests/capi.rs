@@ -204,12 +204,12 @@ fn both_sides_agree_on_layouts_and_constants() {
         caustica_progress = capi::render::Progress {
             struct_size, state, fraction, samples, rays, elapsed_seconds, noise, reserved, render
         }
-        caustica_render_desc = capi::render::RenderDesc {
+        caustica_render_desc = capi::request::RenderDesc {
             struct_size, integrator, scene, camera, width, height, samples, max_depth, seed, time_limit_seconds,
             num_threads, caustics_only, progress, user, caustic_options, noise_limit, first_sample,
             region, features, clamp, transparent, reserved, camera_desc, done
         }
-        caustica_region = capi::render::Region { x, y, width, height }
+        caustica_region = capi::request::Region { x, y, width, height }
         caustica_caustic_options = capi::options::CausticOptions {
             struct_size, geometry_term, check, roulette, roulette_threshold, seeds, search, aim, light_subpaths,
             walk_iterations, walk_tolerance
@@ -244,10 +244,11 @@ fn both_sides_agree_on_layouts_and_constants() {
         }
         light { LIGHT_POINT, LIGHT_SPOT, LIGHT_DIRECTIONAL }
         camera { CAMERA_PERSPECTIVE, CAMERA_ORTHOGRAPHIC }
-        render {
+        request {
             INTEGRATOR_DEFAULT, INTEGRATOR_PATH, INTEGRATOR_BDPT, INTEGRATOR_MNEE, INTEGRATOR_BDPT_PLAIN,
-            INTEGRATOR_LIGHT, STATE_RUNNING, STATE_DONE, STATE_CANCELLED, STATE_FAILED
+            INTEGRATOR_LIGHT
         }
+        render { STATE_RUNNING, STATE_DONE, STATE_CANCELLED, STATE_FAILED }
         options {
             GEOMETRY_TERM_EXACT, GEOMETRY_TERM_DIRECT, CHECK_EXACT, CHECK_FEW, CHECK_OFF, ROULETTE_CONTRIBUTION,
             ROULETTE_LENGTHS, ROULETTE_OFF

@@ -28,6 +28,7 @@ pub mod options;
 pub mod pixels;
 pub mod pointer;
 pub mod render;
+pub mod request;
 pub mod scene;
 pub mod texture;
 pub mod write;

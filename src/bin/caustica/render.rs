@@ -282,7 +282,7 @@ fn write(
         let what = units::count(written.clamped as usize, "pixel was", "pixels were");
         console.warn(&format!("{}: {what} cut to the range of the format; see --float", path.display()));
     }
-    // Lamps in the picture are no mistake.
+    // Lamps in the picture are no mistake. A quarter: not tuned.
     let pixels = image.pixels.len() as u64;
     if written.white > pixels / 4 {
         let share = 100 * written.white / pixels;

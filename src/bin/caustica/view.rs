@@ -32,6 +32,7 @@ impl View {
         let yfov = self.fov.unwrap_or(40.0).to_radians();
         let around = |corner: DVec3| (corner - target).abs();
         let radius = around(low).max(around(high)).length().max(f64::MIN_POSITIVE);
+        // All of it within the narrower angle; direction, angle and least distance are a matter of taste.
         let half = (yfov / 2.0).min((f64::tan(yfov / 2.0) * aspect).atan());
         let distance = radius / half.sin().min(0.9);
         let from = self.look_from.unwrap_or_else(|| target + DVec3::new(0.5, 0.4, 1.0).normalize() * distance);
