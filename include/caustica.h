@@ -445,6 +445,9 @@ typedef struct caustica_camera_desc {
     double transform[12]; /* camera to world, scaling is ignored; all 0: the identity */
     double yfov;          /* perspective: full vertical field of view, 1e-6 to pi - 1e-6 */
     double ymag;          /* orthographic: half the height of the film, metres */
+    double lens_radius;   /* perspective: of a thin round lens, metres; 0: a pinhole, all is sharp */
+    double focus_distance; /* with a lens: depth of what is sharp, along the direction of view, metres; 1e-3 radii at least */
+    double shift[2];      /* by how much the film is moved to the right and up, in heights of the picture; +-1000 at most */
 } caustica_camera_desc;
 
 /* Puts a camera into a scene. `camera` may be NULL. */

@@ -11,9 +11,12 @@
 mod common;
 
 use caustica::render::{Integrator, Settings, Technique, TechniqueImages};
+use caustica::scene::description::Lens;
+
 use common::oracle::{check_integrators, check_paired_blocks, first_seed};
 use common::stats::block_means;
 use common::{Builder, run, scenes, settings};
+use glam::DVec2;
 use std::collections::BTreeMap;
 
 const RUNS: u64 = 16;
@@ -163,6 +166,16 @@ fn integrators_with_a_light_across_a_boundary() {
 #[test]
 fn integrators_with_sphere_lights() {
     integrators_agree("sphere lights", &scenes::sphere_lights(), 128);
+}
+
+#[test]
+fn integrators_through_a_lens() {
+    let mut b = scenes::smooth_glass();
+    for camera in &mut b.0.cameras {
+        camera.lens = Some(Lens { radius: 0.2, focus: 2.0 });
+        camera.shift = DVec2::new(-0.1, 0.2);
+    }
+    integrators_agree("lens", &b, 160);
 }
 
 #[test]

@@ -175,6 +175,15 @@ mutation("light in several media: taken to be in one", "src/scene/media.rs",
          "if media.all(|other| other == first) {", "if media.all(|other| other == first) || true {",
          ("agreement", "light_across_a_boundary"))
 
+mutation("lens: its film in the middle", "src/camera/mod.rs",
+         "(self.middle.as_dvec2() - at / lens.focus).as_vec2()", "self.middle",
+         ("lens", "a_small_patch"))
+mutation("lens: seen by another point of it", "src/integrator/bdpt.rs",
+         "tracer.to_camera(&camera, j);", "tracer.to_camera(&view.camera, j);",
+         ("lens", "a_small_patch"))
+mutation("lens: the camera's medium, not that of its point", "src/render/samples.rs",
+         "camera.is_point() || !world.requirements.media", "true || !world.requirements.media",
+         ("caustic", "a_lens_that_glass_covers"))
 mutation("camera: the film of a region as large as the frame", "src/camera/mod.rs",
          "4.0 * half_width * half_height * share,", "4.0 * half_width * half_height * share.max(1.0),",
          ("caustic", "a_region"), ("lib", "a_region_is_a_smaller_film"))

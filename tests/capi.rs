@@ -200,7 +200,9 @@ fn both_sides_agree_on_layouts_and_constants() {
         caustica_light_desc = capi::light::LightDesc {
             struct_size, kind, name, position, direction, inner_angle, outer_angle, intensity, reserved
         }
-        caustica_camera_desc = capi::camera::CameraDesc { struct_size, projection, name, transform, yfov, ymag }
+        caustica_camera_desc = capi::camera::CameraDesc {
+            struct_size, projection, name, transform, yfov, ymag, lens_radius, focus_distance, shift
+        }
         caustica_progress = capi::render::Progress {
             struct_size, state, fraction, samples, rays, elapsed_seconds, noise, reserved, render
         }
@@ -349,15 +351,15 @@ fn minimal_scene() -> Description {
             place(1, Geometry::Sphere { radius: 0.5 }, 0.0, 0.6, 0.0),
             place(2, Geometry::Sphere { radius: 0.1 }, 1.0, 3.0, 0.0),
         ],
-        cameras: vec![Camera {
-            name: String::new(),
+        cameras: vec![Camera::new(
+            "",
             // Looks down by the angle whose cosine is 0.8.
-            transform: DAffine3 {
+            DAffine3 {
                 matrix3: DMat3::from_cols(DVec3::X, DVec3::new(0.0, 0.8, -0.6), DVec3::new(0.0, 0.6, 0.8)),
                 translation: DVec3::new(0.0, 3.0, 4.0),
             },
-            projection: Projection::Perspective { yfov: 0.7 },
-        }],
+            Projection::Perspective { yfov: 0.7 },
+        )],
         ..Description::default()
     }
 }

@@ -12,7 +12,7 @@ use caustica::transport::options::MOST_SEEDS;
 use common::scenes::{self, under_a_lamp};
 use common::stats::{Blocks, blocks, check_normal, z_scores};
 use common::{Builder, grid, icosphere, settings};
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DAffine3, DVec2, DVec3, Vec3};
 
 const RUNS: u64 = 16;
 const SIDE: u32 = 24;
@@ -278,6 +278,20 @@ fn camera_in_glass() {
     b.sphere(DVec3::new(0.0, 1.8, 3.0), 0.4, glass);
     b.sphere(DVec3::new(0.0, 0.6, 0.0), 0.5, glass);
     agree("camera inside glass", &b, 128, 32);
+}
+
+/// Parts of the lens are in the ball, parts before it.
+#[test]
+fn a_lens_that_glass_covers_in_part() {
+    let mut b = under_a_lamp(1.5);
+    let glass = b.glass(1.5, 0.0);
+    b.sphere(DVec3::new(0.0, 0.6, 0.0), 0.5, glass);
+    let camera = &mut b.0.cameras[0];
+    let covered = camera.transform.transform_point3(DVec3::new(-0.3, 0.0, -0.1));
+    camera.lens = Some(Lens { radius: 0.3, focus: 2.5 });
+    camera.shift = DVec2::new(0.05, 0.1);
+    b.sphere(covered, 0.3, glass);
+    agree("lens", &b, 128, 32);
 }
 
 #[test]

@@ -338,6 +338,7 @@ fn files_that_lack_what_a_render_needs() {
     );
     expect(2, &["render", &scene, "-o", &image, "--look-from", "0,1,2", "--camera", "0"]);
     expect(2, &["render", &scene, "-o", &image, "--look-from", "0,1"]);
+    expect(2, &["render", &scene, "-o", &image, "--lens-radius", "0.1"]);
     let (_, err) = expect(1, &["render", SCENE, "-o", &image, "--fov", "60"]);
     assert!(err.contains("--fov needs --look-from"), "{err}");
 }

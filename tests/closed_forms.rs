@@ -33,7 +33,7 @@ fn over_floor(parts: impl Fn(&mut Builder)) -> Builder {
     let rotation = glam::DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y);
     let transform = glam::DAffine3::from_mat3_translation(rotation, DVec3::Y * 8.0);
     let projection = Projection::Orthographic { ymag: YMAG };
-    b.0.cameras.push(Camera { name: "down".to_owned(), transform, projection });
+    b.0.cameras.push(Camera::new("down", transform, projection));
     b
 }
 

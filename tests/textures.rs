@@ -186,11 +186,8 @@ impl Above for Description {
     /// Looks down on x to the right and z downward.
     fn camera_above(&mut self) {
         let matrix = glam::DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y);
-        self.cameras.push(Camera {
-            name: String::new(),
-            transform: DAffine3::from_mat3_translation(matrix, DVec3::Y),
-            projection: Projection::Orthographic { ymag: 1.0 },
-        });
+        let transform = DAffine3::from_mat3_translation(matrix, DVec3::Y);
+        self.cameras.push(Camera::new("", transform, Projection::Orthographic { ymag: 1.0 }));
     }
 }
 

@@ -12,7 +12,7 @@ use caustica::geometry::ray::segment;
 use caustica::geometry::{Aim, Ray, Reach};
 use caustica::integrator::bdpt::{self, View};
 use caustica::integrator::{Contribution, Observer, Sample};
-use caustica::math::Rgb;
+use caustica::math::{Rgb, Sampler, Stream};
 use caustica::scatter::{Bsdf, TransportMode};
 use caustica::scene::World;
 use caustica::scene::description::*;
@@ -22,7 +22,7 @@ use caustica::transport::roulette::Roulette;
 use caustica::transport::vertex::{EdgeRecord, on_path};
 use caustica::transport::{Tracer, Vertex};
 use common::{Builder, icosphere, scenes};
-use glam::{DAffine3, DVec3, Vec2, Vec3};
+use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
 
 /// A compressed path, camera end first, without the camera and the light vertex themselves.
 struct FullPath<'a> {
@@ -292,6 +292,8 @@ fn check_with(name: &str, builder: &Builder, caustics: Option<CausticOptions>) {
     let region = Region { x: 2, y: 1, width: 24, height: 20 };
     let camera = Camera::new(&world.cameras[0], 28, 22, region);
     let medium = world.medium_at(camera.generate(Vec2::new(14.0, 11.0)).0);
+    // One point of the lens, if there is one: all techniques of a sample have the same.
+    let camera = camera.sample(&mut Sampler::new(0, 0, 0, Stream::Camera)).into_owned();
     let view = View { camera: camera.clone(), medium: Some(medium), columns: 28, region };
     let mut tracer = Tracer::new(&world, 9);
     let connects = caustics.is_some() && world.requirements.caustics;
@@ -421,6 +423,18 @@ fn delta_lights() {
         check(name, &room(|b| b.light(kind), true, PERSPECTIVE));
     }
     check("three delta lights", &room(|b| [point, spot, sun].into_iter().for_each(|k| b.light(k)), true, PERSPECTIVE));
+}
+
+/// Away from the middle of a lens, whose film is moved.
+#[test]
+fn a_lens() {
+    let lights = |b: &mut Builder| {
+        b.light(LightKind::Point { position: DVec3::new(0.2, 1.6, -0.3), intensity: Rgb::splat(2.0) });
+    };
+    let mut b = room(lights, true, PERSPECTIVE);
+    b.0.cameras[0].lens = Some(Lens { radius: 0.3, focus: 2.0 });
+    b.0.cameras[0].shift = DVec2::new(0.1, -0.2);
+    check("lens", &b);
 }
 
 #[test]

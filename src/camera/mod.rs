@@ -4,8 +4,10 @@
 mod tests;
 
 use crate::geometry::SurfacePoint;
-use crate::scene::description;
+use crate::math::{Sampler, warp};
+use crate::scene::description::{self, Lens};
 use glam::{DVec2, DVec3, UVec2, Vec2, Vec3};
+use std::borrow::Cow;
 
 /// Where a path ends: on a surface, at a point in space, or at infinity.
 #[derive(Clone, Copy, Debug)]
@@ -109,6 +111,9 @@ pub struct Camera {
     pixels: Vec2,
     /// The film's edges in pixels of the frame: left and top, right and bottom.
     film: [Vec2; 2],
+    /// The frame's middle, to the right and up, in the unit of `half_frame`.
+    middle: Vec2,
+    lens: Option<Lens>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -131,6 +136,7 @@ impl Camera {
         };
         let half_width = half_height * f64::from(width) / f64::from(height);
         let corner = UVec2::new(region.x, region.y);
+        let middle = 2.0 * half_height * description.shift;
         let share = region.pixels() as f64 / Region::all(width, height).pixels() as f64;
         Camera {
             origin: description.transform.translation.as_vec3(),
@@ -142,13 +148,39 @@ impl Camera {
             film_area: 4.0 * half_width * half_height * share,
             pixels: UVec2::new(width, height).as_vec2(),
             film: [corner, corner + UVec2::new(region.width, region.height)].map(|edge| edge.as_vec2()),
+            middle: DVec2::new(middle.x, -middle.y).as_vec2(),
+            lens: description.lens,
         }
+    }
+
+    /// The camera of one sample: behind a point of the lens, uniform for uniform `u`, lies a pinhole whose film is moved so
+    /// that all of them see the plane of focus alike (Potmesil and Chakravarty 1981; Cook, Porter, Carpenter 1984). All
+    /// techniques of a sample share that point, so its density cancels in measurement and weights.
+    fn through(&self, lens: &Lens, u: Vec2) -> Camera {
+        let at = warp::disk(u).as_dvec2() * lens.radius;
+        let origin = self.origin.as_dvec3() + self.right.as_dvec3() * at.x - self.up.as_dvec3() * at.y;
+        let middle = (self.middle.as_dvec2() - at / lens.focus).as_vec2();
+        Camera { origin: origin.as_vec3(), middle, lens: None, ..self.clone() }
+    }
+
+    /// The camera of one sample: itself, unless it has a lens, of which a point is drawn.
+    #[inline]
+    pub fn sample(&self, numbers: &mut Sampler) -> Cow<'_, Camera> {
+        match &self.lens {
+            Some(lens) => Cow::Owned(self.through(lens, numbers.next_2d())),
+            None => Cow::Borrowed(self),
+        }
+    }
+
+    /// Whether all primary rays leave one point.
+    pub fn is_point(&self) -> bool {
+        matches!(self.projection, Projection::Pinhole) && self.lens.is_none()
     }
 
     /// The primary ray through a raster position: origin and unit direction. Its sampling weight is 1.
     #[inline]
     pub fn generate(&self, raster: Vec2) -> (Vec3, Vec3) {
-        let film = (2.0 * raster / self.pixels - Vec2::ONE) * self.half_frame;
+        let film = (2.0 * raster / self.pixels - Vec2::ONE) * self.half_frame + self.middle;
         let offset = self.right * film.x - self.up * film.y;
         match self.projection {
             Projection::Pinhole => (self.origin, (self.forward + offset).normalize()),
@@ -216,7 +248,7 @@ impl Camera {
         let film = match self.projection {
             Projection::Pinhole => film / depth,
             Projection::Parallel => film,
-        };
+        } - self.middle.as_dvec2();
         let raster = 0.5 * (film.as_vec2() / self.half_frame + Vec2::ONE) * self.pixels;
         let inside = raster.cmpge(self.film[0]).all() && raster.cmplt(self.film[1]).all();
         inside.then_some((raster, depth))

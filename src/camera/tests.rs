@@ -10,8 +10,26 @@ const WIDTH: u32 = 160;
 const HEIGHT: u32 = 90;
 
 fn camera(projection: description::Projection, transform: DAffine3) -> Camera {
-    let description = description::Camera { name: String::new(), transform, projection };
+    let description = description::Camera::new("", transform, projection);
     Camera::new(&description, WIDTH, HEIGHT, Region::all(WIDTH, HEIGHT))
+}
+
+/// Of each kind: plain, with its film moved, behind a point of a lens.
+fn of_each_kind() -> Vec<Camera> {
+    let mut random = Sampler::new(6, 0, 0, Stream::Camera);
+    let perspective = description::Camera::new("", pose(), Perspective { yfov: 1.2 });
+    let parallel = description::Camera::new("", pose(), Orthographic { ymag: 2.5 });
+    let shift = DVec2::new(0.3, -0.2);
+    let lens = Some(Lens { radius: 0.2, focus: 3.0 });
+    let described = [
+        perspective.clone(),
+        description::Camera { shift, ..perspective.clone() },
+        description::Camera { shift, lens, ..perspective },
+        parallel.clone(),
+        description::Camera { shift, ..parallel },
+    ];
+    let all = Region::all(WIDTH, HEIGHT);
+    described.iter().map(|d| Camera::new(d, WIDTH, HEIGHT, all).sample(&mut random).into_owned()).collect()
 }
 
 /// Rotated, moved and unevenly scaled.
@@ -48,7 +66,7 @@ fn a_plain_camera_looks_along_minus_z_with_y_up() {
 fn a_region_is_a_smaller_film() {
     let region = Region { x: 40, y: 10, width: 32, height: 45 };
     for projection in [Perspective { yfov: 1.0 }, Orthographic { ymag: 1.5 }] {
-        let description = description::Camera { name: String::new(), transform: pose(), projection };
+        let description = description::Camera::new("", pose(), projection);
         let (whole, part) = (camera(projection, pose()), Camera::new(&description, WIDTH, HEIGHT, region));
         let share = region.pixels() as f64 / f64::from(WIDTH * HEIGHT);
         let mut random = random();
@@ -90,8 +108,7 @@ fn a_direction_is_seen_where_it_left_at_any_distance_from_the_origin() {
 
 #[test]
 fn a_ray_through_the_film_is_seen_where_it_left() {
-    for projection in [Perspective { yfov: 1.2 }, Orthographic { ymag: 2.5 }] {
-        let c = camera(projection, pose());
+    for c in of_each_kind() {
         let mut random = random();
         for _ in 0..20_000 {
             let raster = random.next_2d() * Vec2::new(159.99, 89.99) + 0.005;
@@ -114,8 +131,7 @@ fn a_ray_through_the_film_is_seen_where_it_left() {
 
 #[test]
 fn the_density_of_a_connection_is_that_of_its_ray() {
-    for projection in [Perspective { yfov: 1.2 }, Orthographic { ymag: 2.5 }] {
-        let c = camera(projection, pose());
+    for c in of_each_kind() {
         let mut random = random();
         let mut seen = 0;
         for _ in 0..1000 {
@@ -192,4 +208,62 @@ fn importance_over_a_patch_is_its_share_of_the_film() {
         assert!((s.density / expected - 1.0).abs() < 1e-5, "{p}: {}, expected {expected}", s.density);
     }
     assert!((PI * c.density(Vec3::NEG_Z, 1.0) - PI / film_area).abs() < 1e-5);
+}
+
+#[test]
+fn a_lens_is_sharp_at_its_focus_alone() {
+    let (yfov, lens) = (0.9f64, Lens { radius: 0.25, focus: 4.0 });
+    let plain = description::Camera::new("", pose(), Perspective { yfov });
+    let description = description::Camera { lens: Some(lens), ..plain.clone() };
+    let c = Camera::new(&description, WIDTH, HEIGHT, Region::all(WIDTH, HEIGHT));
+    let pinhole = camera(Perspective { yfov }, pose());
+    assert!(!c.is_point() && pinhole.is_point());
+    let mut random = random();
+    // Pixels per unit of the film at unit distance.
+    let scale = 0.5 * f64::from(HEIGHT) / (0.5 * yfov).tan();
+    for depth in [1.5, lens.focus, 40.0] {
+        let raster = Vec2::new(50.0, 60.0);
+        let (origin, direction) = pinhole.generate(raster);
+        let p = origin + direction * (depth as f32 / pinhole.depth(origin + direction));
+        let (mut sum, mut squares, mut largest) = (DVec2::ZERO, 0.0, 0f64);
+        const N: u32 = 20_000;
+        for _ in 0..N {
+            let opened = c.sample(&mut random);
+            let seen = opened.connect(p).expect("within the film");
+            // What the lens adds to the camera lies in its plane.
+            assert!(pinhole.depth(seen.target).abs() < 1e-6 && seen.target.distance(origin) < 0.2501);
+            let offset = (seen.raster - raster).as_dvec2() / scale;
+            sum += offset;
+            squares += offset.length_squared();
+            largest = largest.max(offset.length());
+        }
+        // Of a disc of uniform density: the circle of confusion.
+        let radius = lens.radius * (1.0 / lens.focus - 1.0 / depth).abs();
+        let n = f64::from(N);
+        assert!(largest < radius + 1e-5 && largest > 0.99 * radius - 1e-5, "{depth}: {largest}, {radius}");
+        assert!((sum / n).length() < 5.0 * radius / n.sqrt() + 1e-6, "{depth}: {sum}");
+        // The squared distance from the middle is uniform in [0, radius²]: standard error radius² / sqrt(12 n).
+        assert!((squares / n - 0.5 * radius * radius).abs() < 5.0 * radius * radius / (12.0 * n).sqrt() + 1e-9);
+    }
+}
+
+#[test]
+fn a_film_that_is_moved_sees_what_lies_there() {
+    let c = |shift| {
+        let plain = description::Camera::new("", DAffine3::IDENTITY, Perspective { yfov: 0.8 });
+        Camera::new(&description::Camera { shift, ..plain }, WIDTH, HEIGHT, Region::all(WIDTH, HEIGHT))
+    };
+    let (tan, aspect) = (0.4f32.tan(), 16.0 / 9.0);
+    // By half a height up: the horizon is the picture's lower edge. By half a width to the right: its left edge.
+    for (shift, raster) in
+        [(DVec2::new(0.0, 0.5), Vec2::new(80.0, 90.0)), (DVec2::new(8.0 / 9.0, 0.0), Vec2::new(0.0, 45.0))]
+    {
+        let c = c(shift);
+        let (_, direction) = c.generate(raster);
+        assert!((direction - Vec3::NEG_Z).length() < 1e-6, "{shift}: {direction}");
+        let (_, direction) = c.generate(Vec2::new(80.0, 45.0));
+        let middle = Vec3::new(shift.x as f32 * 2.0 * tan, shift.y as f32 * 2.0 * tan, -1.0).normalize();
+        assert!((direction - middle).length() < 1e-6, "{shift}: {direction}");
+    }
+    assert!(c(DVec2::new(0.5, 0.0)).connect(Vec3::new(-0.5 * tan * aspect, 0.0, -1.0)).is_none());
 }

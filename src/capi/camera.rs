@@ -7,7 +7,7 @@ use super::handle::{Handle, Kind};
 use super::instance::{rows, transform};
 use super::pointer::{In, MAX_NAME, Out, OutStruct, Sized32, Text};
 use super::scene::Scene;
-use crate::scene::description::{self, Projection};
+use crate::scene::description::{self, Lens, Projection};
 use std::sync::{Arc, Mutex, Weak};
 
 /// A pinhole.
@@ -31,12 +31,18 @@ pub struct CameraDesc {
     pub yfov: f64,
     /// Orthographic: half the height of the film, metres.
     pub ymag: f64,
+    /// Perspective: radius of the lens, metres; 0 for a pinhole.
+    pub lens_radius: f64,
+    /// With a lens: depth of what is sharp, metres.
+    pub focus_distance: f64,
+    /// By how much the film is moved to the right and up, over the height of the picture.
+    pub shift: [f64; 2],
 }
 
 // SAFETY: `repr(C)`, `u32` first, numbers and pointers only.
 unsafe impl Sized32 for CameraDesc {
     const NAME: &'static str = "caustica_camera_desc";
-    const FIRST_SIZE: usize = 128;
+    const FIRST_SIZE: usize = 160;
 }
 
 /// A camera of a scene.
@@ -140,7 +146,18 @@ fn get(device: &Arc<Device>, camera: Handle<Camera>, desc: OutStruct<CameraDesc>
         Projection::Orthographic { ymag } => (CAMERA_ORTHOGRAPHIC, 0.0, ymag),
     };
     let transform = rows(&state.transform);
-    place.write(&CameraDesc { struct_size: 0, projection, name: Text::NULL, transform, yfov, ymag });
+    let (lens_radius, focus_distance) = state.lens.map_or((0.0, 0.0), |lens| (lens.radius, lens.focus));
+    place.write(&CameraDesc {
+        struct_size: 0,
+        projection,
+        name: Text::NULL,
+        transform,
+        yfov,
+        ymag,
+        lens_radius,
+        focus_distance,
+        shift: state.shift.to_array(),
+    });
     Ok(OK)
 }
 
@@ -168,5 +185,6 @@ pub(super) fn read(desc: In<CameraDesc>, parameter: &'static str, id: u64) -> Re
     };
     let matrix = Some(d.transform).filter(|m| m.iter().any(|&x| x != 0.0));
     let transform = transform("transform", matrix).map_err(named)?;
-    Ok(description::Camera { name, transform, projection })
+    let lens = (d.lens_radius != 0.0).then_some(Lens { radius: d.lens_radius, focus: d.focus_distance });
+    Ok(description::Camera { name, transform, projection, lens, shift: d.shift.into() })
 }

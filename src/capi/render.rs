@@ -406,7 +406,7 @@ mod tests {
     #[test]
     fn a_render_that_failed_shows_the_passes_that_were_whole() {
         let projection = Projection::Perspective { yfov: 1.0 };
-        let camera = description::Camera { name: String::new(), transform: Default::default(), projection };
+        let camera = description::Camera::new("", Default::default(), projection);
         let description = Description { environment: Rgb::ONE.into(), cameras: vec![camera], ..Description::default() };
         let world = World::commit(&description, CommitOptions::default()).unwrap();
         let settings =

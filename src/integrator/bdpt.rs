@@ -13,7 +13,7 @@ use glam::Vec2;
 pub struct View {
     /// The camera.
     pub camera: Camera,
-    /// Medium around it, if that is one: the film of a parallel projection may lie in several.
+    /// Medium around it, if that is one: a lens, or the film of a parallel projection, may lie in several.
     pub medium: Option<MediumId>,
     /// Columns of the frame.
     pub columns: u32,
@@ -78,13 +78,14 @@ pub(crate) fn from_camera<O: Observer>(
     let number = view.number(pixel);
     let stream = |kind| Sampler::new(seed, number, index, kind);
     let mut camera_numbers = stream(Stream::Camera);
+    let camera = view.camera.sample(&mut camera_numbers);
     let raster = view.raster(seed, pixel, index);
-    tracer.trace_camera(&view.camera, view.medium, raster, &mut camera_numbers);
+    tracer.trace_camera(&camera, view.medium, raster, &mut camera_numbers);
     out.covered = tracer.camera_hit.is_some();
     // What escaped has no other path.
     let left_out = out.transparent && !out.covered;
     if let Some(feature) = &mut out.feature {
-        *feature = if left_out { Feature::default() } else { Feature::of(tracer, &view.camera) };
+        *feature = if left_out { Feature::default() } else { Feature::of(tracer, &camera) };
     }
     let mut connect_numbers = stream(Stream::Connect);
     tracer.caustic_numbers = stream(Stream::Caustic);
@@ -123,6 +124,8 @@ pub(crate) fn from_lights<O: Observer>(
     observer: &mut O,
 ) {
     tracer.light_vertices.clear();
+    // That of the camera subpath.
+    let camera = view.camera.sample(&mut Sampler::new(seed, view.number(pixel), index, Stream::Camera));
     let mut light_numbers = Sampler::new(seed, view.number(pixel), index, Stream::Light);
     // The number on average: the whole part of it, and one more as often as the rest says.
     let number = (tracer.light_subpaths + f64::from(light_numbers.next_1d())) as u32;
@@ -148,7 +151,7 @@ pub(crate) fn from_lights<O: Observer>(
             }
         }
         for j in 0..tracer.light_vertices.len() {
-            tracer.to_camera(&view.camera, j);
+            tracer.to_camera(&camera, j);
             for joined in &tracer.joined {
                 let target = view.pixel(joined.raster);
                 let kept = out.splat(target, joined.weighted);

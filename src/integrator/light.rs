@@ -21,7 +21,9 @@ pub fn sample<O: Observer>(
     let stream = |kind| Sampler::new(seed, number, index, kind);
     let longest = std::mem::replace(&mut tracer.max_depth, 1);
     let raster = view.raster(seed, pixel, index);
-    tracer.trace_camera(&view.camera, view.medium, raster, &mut stream(Stream::Camera));
+    let mut camera_numbers = stream(Stream::Camera);
+    let camera = view.camera.sample(&mut camera_numbers);
+    tracer.trace_camera(&camera, view.medium, raster, &mut camera_numbers);
     tracer.max_depth = longest;
     out.radiance = Rgb::ZERO;
     for hit in &tracer.emitter_hits {
@@ -30,7 +32,7 @@ pub fn sample<O: Observer>(
     }
     tracer.trace_light(&mut stream(Stream::Light));
     for j in 0..tracer.light_vertices.len() {
-        tracer.to_camera(&view.camera, j);
+        tracer.to_camera(&camera, j);
         let Some(start) = &tracer.light_start else { continue };
         for joined in &tracer.joined {
             let target = view.pixel(joined.raster);

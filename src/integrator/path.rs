@@ -30,7 +30,8 @@ pub fn sample(
     let mut numbers = Sampler::new(seed, number, index, Stream::Camera);
     let mut connect_numbers = Sampler::new(seed, number, index, Stream::Connect);
     let raster = view.raster(seed, pixel, index);
-    let (origin, direction) = view.camera.generate(raster);
+    let camera = view.camera.sample(&mut numbers);
+    let (origin, direction) = camera.generate(raster);
     let world = tracer.world;
     let mut ray = Ray { origin, direction, t_max: f32::INFINITY };
     let mut beta = Rgb::ONE;
@@ -71,7 +72,7 @@ pub fn sample(
         let at = world.surface(&ray, &hit);
         let wo = -ray.direction;
         if seeing && depth == 1 {
-            feature.depth = Some(view.camera.depth(at.p));
+            feature.depth = Some(camera.depth(at.p));
         }
         if world.requirements.absorption {
             beta *= world.transmittance(medium, hit.t);

@@ -283,11 +283,8 @@ mod tests {
 
     /// Those of so many groups of the same.
     fn in_groups(number: usize, width: u32, height: u32, brightest: f64, light: Light) -> Vec<Moments> {
-        let camera = description::Camera {
-            name: String::new(),
-            transform: DAffine3::IDENTITY,
-            projection: description::Projection::Perspective { yfov: 1.0 },
-        };
+        let projection = description::Projection::Perspective { yfov: 1.0 };
+        let camera = description::Camera::new("", DAffine3::IDENTITY, projection);
         let region = Region::all(width, height);
         let camera = Camera::new(&camera, width, height, region);
         let view = View { camera, medium: Some(0), columns: width, region };

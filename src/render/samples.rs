@@ -5,7 +5,7 @@ use super::{Caustics, Integrator, Settings};
 use crate::camera::{Camera, Endpoint};
 use crate::integrator::bdpt::{self, View};
 use crate::integrator::{Observer, Sample, light};
-use crate::math::pixel_position;
+use crate::math::{Sampler, Stream, pixel_position};
 use crate::scene::World;
 use crate::transport::Tracer;
 use glam::UVec2;
@@ -19,19 +19,21 @@ pub(super) fn connects_through_glass(world: &World, settings: &Settings) -> bool
         }
 }
 
-/// Points at which the film of a parallel projection is asked for its medium. A corner of a few thousandths of it can be
-/// missed.
-const FILM_PROBES: u32 = 1024;
+/// Points at which a lens, or the film of a parallel projection, is asked for its medium. A corner of a few thousandths of
+/// it can be missed.
+const PROBES: u32 = 1024;
 
 /// The camera of a validated request.
 pub(super) fn view(world: &World, settings: &Settings) -> View {
     let region = settings.region();
     let camera = Camera::new(&settings.camera(world), settings.width, settings.height, region);
     let [corner, size] = [[region.x, region.y], [region.width, region.height]].map(|side| UVec2::from(side).as_vec2());
-    let at = |i| world.medium_at(camera.generate(corner + pixel_position(0, 0, i) * size).0);
+    let at = |i| {
+        let camera = camera.sample(&mut Sampler::new(0, 0, i, Stream::Camera));
+        world.medium_at(camera.generate(corner + pixel_position(0, 0, i) * size).0)
+    };
     let first = at(0);
-    let pinhole = matches!(camera.endpoint(), Endpoint::Point(_));
-    let one = pinhole || !world.requirements.media || (1..FILM_PROBES).all(|i| at(i) == first);
+    let one = camera.is_point() || !world.requirements.media || (1..PROBES).all(|i| at(i) == first);
     View { medium: one.then_some(first), camera, columns: settings.width, region }
 }
 

@@ -4,7 +4,7 @@
 pub use crate::emitter::{EnvironmentMap, EnvironmentMapError};
 use crate::math::Rgb;
 pub use crate::texture::{Encoding, Filter, MOST_SIDE, PixelsError, Texture, TextureMap, Wrap};
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine3, DMat3, DVec2, DVec3};
 use std::sync::Arc;
 
 /// A scene as described, before validation.
@@ -332,6 +332,26 @@ pub struct Camera {
     pub transform: DAffine3,
     /// Its projection.
     pub projection: Projection,
+    /// Of a perspective camera: its lens, if that is no pinhole.
+    pub lens: Option<Lens>,
+    /// By how much the film is moved to the right and up, over the height of the picture.
+    pub shift: DVec2,
+}
+
+impl Camera {
+    /// One without a lens, its film in the middle.
+    pub fn new(name: impl Into<String>, transform: DAffine3, projection: Projection) -> Camera {
+        Camera { name: name.into(), transform, projection, lens: None, shift: DVec2::ZERO }
+    }
+}
+
+/// A thin round lens. What lies at its focus is sharp, all else a disc.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lens {
+    /// Radius of its opening, metres.
+    pub radius: f64,
+    /// Depth of what is sharp, along the direction of view, metres.
+    pub focus: f64,
 }
 
 /// How a camera maps directions to the film. The film's aspect ratio comes from the image size.

@@ -52,7 +52,7 @@ pub(super) fn fingerprint(d: &Description) -> Fingerprint {
         let _ = write!(h, "{:?}", l.kind);
     }
     for c in &d.cameras {
-        let _ = write!(h, "{:?}{:?}", c.transform, c.projection);
+        let _ = write!(h, "{:?}{:?}{:?}{}", c.transform, c.projection, c.lens, c.shift);
     }
     let Environment { radiance, image, rotation } = &d.environment;
     let _ = write!(h, "{radiance:?}");

@@ -8,6 +8,8 @@ use glam::{DAffine3, DMat3, DVec3};
 
 /// Embree drops triangles beyond about 1.8e18 without a word (measured, 4.3.3).
 const LARGEST_COORDINATE: f64 = 1e18;
+/// Most heights of its picture by which a film may be moved, and most radii of a lens in the distance of its focus.
+const LARGEST_SHIFT: f64 = 1e3;
 
 /// Names the object while its fields are checked.
 struct Object<'a> {
@@ -113,6 +115,16 @@ pub(super) fn validate(d: &Description) -> Result<(), SceneError> {
 pub(crate) fn validate_camera(index: usize, camera: &Camera) -> Result<(), SceneError> {
     let object = Object { kind: "camera", index, name: &camera.name };
     object.transform(&camera.transform)?;
+    object.range("shift[0]", camera.shift.x, -LARGEST_SHIFT, LARGEST_SHIFT)?;
+    object.range("shift[1]", camera.shift.y, -LARGEST_SHIFT, LARGEST_SHIFT)?;
+    if let Some(lens) = camera.lens {
+        object.range("lens_radius", lens.radius, f64::MIN_POSITIVE, LARGEST_COORDINATE)?;
+        // Nearer, and rays would leave the lens along it.
+        object.range("focus_distance", lens.focus, lens.radius / LARGEST_SHIFT, LARGEST_COORDINATE)?;
+        if !matches!(camera.projection, Projection::Perspective { .. }) {
+            return object.fail("lens_radius", lens.radius, "0 was expected: parallel projections have no lens");
+        }
+    }
     match camera.projection {
         Projection::Perspective { yfov } => object.range("yfov", yfov, 1e-6, std::f64::consts::PI - 1e-6),
         Projection::Orthographic { ymag } => object.range("ymag", ymag, f64::MIN_POSITIVE, LARGEST_COORDINATE),

@@ -431,8 +431,21 @@ static void cameras(uint64_t before) {
     TRUE(caustica_scene_commit(device, scene, NULL) == CAUSTICA_ERROR_INVALID_ARGUMENT);
     TRUE(strstr(last_message, "'eye'") != NULL);
     values.yfov = 0.8;
+    /* A lens, and a film that is moved. */
+    values.lens_radius = 0.1;
+    values.focus_distance = 5;
+    values.shift[1] = 0.25;
+    OK(caustica_camera_set(device, camera, &values));
+    memset(&values, 0, sizeof values);
+    values.struct_size = sizeof values;
+    OK(caustica_camera_get(device, camera, &values));
+    TRUE(values.lens_radius == 0.1 && values.focus_distance == 5 && values.shift[0] == 0 && values.shift[1] == 0.25);
+    OK(caustica_scene_commit(device, scene, NULL));
+    TRUE(render_hash(&desc) != before);
+    values.lens_radius = values.shift[1] = 0;
     OK(caustica_camera_set(device, camera, &values));
     OK(caustica_scene_commit(device, scene, NULL));
+    TRUE(render_hash(&desc) == before);
 }
 
 /* Where nothing is before the sky, alpha says so, and the light is missing. */

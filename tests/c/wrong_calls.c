@@ -637,6 +637,18 @@ static void render_calls(void) {
     SIZES(view, caustica_render(device, &desc, &render));
     WITH(view.projection, 0, INVALID, caustica_render(device, &desc, &render));
     WITH(view.yfov, 4, INVALID, caustica_render(device, &desc, &render));
+    WITH(view.shift[1], NAN, INVALID, caustica_render(device, &desc, &render));
+    /* A lens without a focus, none that is a lens, one before parallel rays. */
+    WITH(view.lens_radius, 1, INVALID, caustica_render(device, &desc, &render));
+    view.focus_distance = 2;
+    WITH(view.lens_radius, NAN, INVALID, caustica_render(device, &desc, &render));
+    WITH(view.lens_radius, -1, INVALID, caustica_render(device, &desc, &render));
+    WITH(view.lens_radius, INFINITY, INVALID, caustica_render(device, &desc, &render));
+    view.lens_radius = 1;
+    WITH(view.focus_distance, NAN, INVALID, caustica_render(device, &desc, &render));
+    view.ymag = 1;
+    WITH(view.projection, CAUSTICA_CAMERA_ORTHOGRAPHIC, INVALID, caustica_render(device, &desc, &render));
+    view.lens_radius = 0;
     WITH(view.transform[3], NAN, INVALID, caustica_render_start(device, &desc, &render));
     desc.camera_desc = NULL;
     desc.camera = camera;

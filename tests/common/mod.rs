@@ -114,7 +114,7 @@ impl Builder {
         let right = DVec3::Y.cross(back).normalize();
         let rotation = glam::DMat3::from_cols(right, back.cross(right), back);
         let transform = DAffine3::from_mat3_translation(rotation, from);
-        self.0.cameras.push(Camera { name: "camera".to_owned(), transform, projection });
+        self.0.cameras.push(Camera::new("camera", transform, projection));
     }
 
     pub(crate) fn perspective(&mut self, from: [f64; 3], to: [f64; 3], yfov: f64) {

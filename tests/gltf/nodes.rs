@@ -5,8 +5,8 @@ use caustica::io::gltf::load_slice;
 use caustica::io::image::{Metadata, WriteOptions, write};
 use caustica::math::Rgb;
 use caustica::render::Image;
-use caustica::scene::description::{Camera, Description, Environment, Geometry, LightKind, Projection};
-use glam::{DVec3, Vec3};
+use caustica::scene::description::{Camera, Description, Environment, Geometry, Lens, LightKind, Projection};
+use glam::{DVec2, DVec3, Vec3};
 use serde_json::{Value, json};
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -386,6 +386,26 @@ fn camera(camera: Value) -> Camera {
     scene(&builder).cameras[0].clone()
 }
 
+fn camera_error(camera: Value) -> String {
+    let mut builder = Builder::new();
+    builder.push("cameras", camera);
+    builder.root(json!({"camera": 0}));
+    builder.error()
+}
+
+#[test]
+fn cameras_with_lenses() {
+    let with = |extras: Value| json!({"type": "perspective", "perspective": {"yfov": 0.5, "znear": 0.1}, "extras": {"caustica": extras}});
+    let found = camera(with(json!({"lens_radius": 0.01, "focus_distance": 2.5, "shift": [0.25, -0.5]})));
+    assert_eq!((found.lens, found.shift), (Some(Lens { radius: 0.01, focus: 2.5 }), DVec2::new(0.25, -0.5)));
+    let found = camera(with(json!({"lens_radius": 0, "focus_distance": 2.5})));
+    assert_eq!((found.lens, found.shift), (None, DVec2::ZERO));
+    assert_eq!(
+        camera_error(with(json!({"shift": [1]}))),
+        "camera 0: extras.caustica.shift is [1]; expected a list of 2 numbers"
+    );
+}
+
 #[test]
 fn cameras_of_both_kinds() {
     let found = camera(json!({"name": "main", "type": "perspective",
@@ -395,12 +415,7 @@ fn cameras_of_both_kinds() {
     let found = camera(json!({"type": "orthographic", "orthographic": {"xmag": 3, "ymag": 2, "znear": 0, "zfar": 10}}));
     assert_eq!((found.name.as_str(), found.projection), ("node 0", Projection::Orthographic { ymag: 2.0 }));
 
-    let error = |camera: Value| {
-        let mut builder = Builder::new();
-        builder.push("cameras", camera);
-        builder.root(json!({"camera": 0}));
-        builder.error()
-    };
+    let error = camera_error;
     let lens = json!({"yfov": 1e39, "znear": 1});
     assert_eq!(
         error(json!({"type": "perspective", "perspective": lens})),

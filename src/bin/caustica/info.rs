@@ -9,7 +9,7 @@ use caustica::scene::description::{
     Camera, Description, Environment, Geometry, LightKind, Material, Projection, Scattering,
 };
 use caustica::transport::limits::limits;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use std::fmt::Write;
 
 pub(crate) fn run(args: &Info) -> Result<(), Failure> {
@@ -145,9 +145,17 @@ fn view(camera: &Camera) -> String {
         Projection::Perspective { yfov } => format!("perspective, {:.1}° high", yfov.to_degrees()),
         Projection::Orthographic { ymag } => format!("orthographic, {} m high", 2.0 * ymag),
     };
+    let lens = camera
+        .lens
+        .map_or(String::new(), |lens| format!(", lens of radius {} m in focus at {} m", lens.radius, lens.focus));
+    let shift = if camera.shift == DVec2::ZERO {
+        String::new()
+    } else {
+        format!(", moved by {}, {}", camera.shift.x, camera.shift.y)
+    };
     let m = camera.transform;
     let along = -m.matrix3.z_axis.normalize_or_zero();
-    format!("{projection}, at {}, looks along {}", vector(m.translation), vector(along))
+    format!("{projection}{lens}{shift}, at {}, looks along {}", vector(m.translation), vector(along))
 }
 
 fn vector(v: DVec3) -> String {

@@ -72,6 +72,9 @@ pub(crate) fn open(
         }
         scene.cameras.push(camera);
     }
+    if let Some(lens) = view.lens() {
+        scene.cameras.iter_mut().for_each(|camera| camera.lens = Some(lens));
+    }
     let world = commit(path, &loaded.description, options)?;
     for warning in loaded.warnings.iter().cloned().chain(world.warnings.iter().map(ToString::to_string)) {
         console.warn(&format!("{}: {warning}", path.display()));
@@ -123,11 +126,8 @@ mod tests {
     use caustica::scene::description::Projection;
 
     fn named(names: &[&str]) -> Vec<Camera> {
-        let camera = |name: &&str| Camera {
-            name: name.to_string(),
-            transform: glam::DAffine3::IDENTITY,
-            projection: Projection::Perspective { yfov: 1.0 },
-        };
+        let projection = Projection::Perspective { yfov: 1.0 };
+        let camera = |name: &&str| Camera::new(*name, glam::DAffine3::IDENTITY, projection);
         names.iter().map(camera).collect()
     }
 

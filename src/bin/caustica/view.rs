@@ -1,6 +1,6 @@
 //! Cameras that a scene does not have.
 
-use caustica::scene::description::{Camera, Description, Projection};
+use caustica::scene::description::{Camera, Description, Lens, Projection};
 use clap::Args;
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -16,9 +16,20 @@ pub(crate) struct View {
     /// Height of the view of --look-from, and of scenes without cameras [default: 40]
     #[arg(long, value_name = "DEGREES", value_parser = angle, conflicts_with = "camera")]
     pub(crate) fov: Option<f64>,
+    /// Radius of a thin lens, for depth of field: the focal length over twice the f-number [default: the camera's own]
+    #[arg(long, value_name = "METRES", value_parser = length, requires = "focus")]
+    pub(crate) lens_radius: Option<f64>,
+    /// Distance of what is sharp, along the direction of view: the feature depth
+    #[arg(long, value_name = "METRES", value_parser = length, requires = "lens_radius")]
+    pub(crate) focus: Option<f64>,
 }
 
 impl View {
+    /// The lens that is asked for.
+    pub(crate) fn lens(&self) -> Option<Lens> {
+        Some(Lens { radius: self.lens_radius?, focus: self.focus? })
+    }
+
     /// An option that says how, where nothing says from where.
     pub(crate) fn without_place(&self) -> Option<&'static str> {
         let how = [("--look-at", self.look_at.is_some()), ("--fov", self.fov.is_some())];
@@ -39,11 +50,7 @@ impl View {
         let back = (from - target).normalize_or(DVec3::Z);
         let right = DVec3::Y.cross(back).normalize_or(DVec3::X);
         let matrix3 = DMat3::from_cols(right, back.cross(right), back);
-        Camera {
-            name: "view".to_owned(),
-            transform: DAffine3 { matrix3, translation: from },
-            projection: Projection::Perspective { yfov },
-        }
+        Camera::new("view", DAffine3 { matrix3, translation: from }, Projection::Perspective { yfov })
     }
 }
 
@@ -54,6 +61,11 @@ fn point(text: &str) -> Result<DVec3, String> {
         (Ok(point), 3) => Ok(DVec3::from_array(point)),
         _ => Err("expected three numbers, as in 0,1.5,-2".into()),
     }
+}
+
+fn length(text: &str) -> Result<f64, String> {
+    let metres = text.parse().ok().filter(|x: &f64| *x > 0.0 && x.is_finite());
+    metres.ok_or_else(|| "expected a positive number".into())
 }
 
 fn angle(text: &str) -> Result<f64, String> {
@@ -79,6 +91,7 @@ mod tests {
             assert!(point(wrong).is_err(), "{wrong}");
         }
         assert!(angle("0").is_err() && angle("180").is_err() && angle("90") == Ok(90.0));
+        assert!(length("0").is_err() && length("inf").is_err() && length("0.02") == Ok(0.02));
     }
 
     #[test]
@@ -98,7 +111,8 @@ mod tests {
     #[test]
     fn a_view_is_the_one_that_is_asked_for() {
         let from = Some(DVec3::new(0.0, 4.0, 0.0));
-        let view = View { look_from: from, look_at: Some(DVec3::new(0.0, 1.0, 0.0)), fov: Some(90.0) };
+        let view =
+            View { look_from: from, look_at: Some(DVec3::new(0.0, 1.0, 0.0)), fov: Some(90.0), ..View::default() };
         assert!(view.without_place().is_none() && View::default().without_place().is_none());
         let nowhere = View { look_from: None, ..View { fov: Some(90.0), ..View::default() } };
         assert_eq!(nowhere.without_place(), Some("--fov"));

@@ -50,20 +50,19 @@ impl<'a> Caustica<'a> {
         }
     }
 
-    /// Three numbers.
-    pub(super) fn triple(&mut self, key: &str) -> Result<Option<[f32; 3]>, GltfError> {
+    /// So many numbers.
+    pub(super) fn list<const N: usize>(&mut self, key: &str) -> Result<Option<[f32; N]>, GltfError> {
         let Some(value) = self.map.remove(key) else { return Ok(None) };
-        match value.as_array().map(Vec::as_slice) {
-            Some([r, g, b]) => {
-                let mut triple = [0.0; 3];
-                for (i, value) in [r, g, b].into_iter().enumerate() {
-                    let field = format!("extras.caustica.{key}[{i}]");
-                    triple[i] = self.object.finite(&field, self.to_number(key, value)? as f32)?;
-                }
-                Ok(Some(triple))
-            }
-            _ => Err(self.object.invalid(format!("extras.caustica.{key}"), value, "expected a list of three numbers")),
+        let Some(values) = value.as_array().filter(|values| values.len() == N) else {
+            let expected = format!("expected a list of {N} numbers");
+            return Err(self.object.invalid(format!("extras.caustica.{key}"), value, expected));
+        };
+        let mut list = [0.0; N];
+        for (i, value) in values.iter().enumerate() {
+            let field = format!("extras.caustica.{key}[{i}]");
+            list[i] = self.object.finite(&field, self.to_number(key, value)? as f32)?;
         }
+        Ok(Some(list))
     }
 
     /// `{"sphere": {"radius": r}}`.

@@ -199,7 +199,7 @@ fn with_exterior(
 ) -> Result<Scattering, GltfError> {
     let mut extras = Caustica::of(&material.extras, object)?;
     let ior = extras.number("exterior_ior")?;
-    let absorption = extras.triple("exterior_absorption")?;
+    let absorption = extras.list("exterior_absorption")?;
     extras.finish(warnings);
     let Some(ior) = ior else {
         return match absorption {

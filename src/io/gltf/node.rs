@@ -10,9 +10,9 @@ use super::mesh::{self, Part};
 use crate::io::image::read_environment;
 use crate::math::Rgb;
 use crate::scene::description::{
-    Camera, Description, Environment, Geometry, Instance, Light, LightKind, MeshDescription, Projection,
+    Camera, Description, Environment, Geometry, Instance, Lens, Light, LightKind, MeshDescription, Projection,
 };
-use glam::{DAffine3, DMat3, DQuat, DVec3};
+use glam::{DAffine3, DMat3, DQuat, DVec2, DVec3, Vec2};
 use gltf::json::camera::Type as CameraType;
 use gltf::json::extensions::scene::khr_lights_punctual::{self, Type as LightType};
 use gltf::json::mesh::{Primitive, Semantic};
@@ -72,7 +72,7 @@ pub(super) fn convert_scene(
 /// What surrounds the scene: `environment` and, from a file in the folder `base`, `environment_image` with
 /// `environment_rotation`.
 fn environment(extras: &mut Caustica, object: &Object, base: Option<&Path>) -> Result<Environment, GltfError> {
-    let radiance = extras.triple("environment")?.map(Rgb::from);
+    let radiance = extras.list("environment")?.map(Rgb::from);
     let Some(uri) = extras.text("environment_image")? else { return Ok(radiance.unwrap_or(Rgb::ZERO).into()) };
     let Some(base) = base else {
         return Err(object.unsupported("an environment image beside a scene in memory"));
@@ -198,7 +198,7 @@ impl<'a> Walk<'a> {
             self.description.lights.push(light);
         }
         if let Some(camera) = node.camera {
-            let (camera, aspect) = convert_camera(self.document, camera, object, transform)?;
+            let (camera, aspect) = convert_camera(self.document, camera, object, transform, self.warnings)?;
             self.aspects.push(aspect);
             self.budget.charge(1, size_of::<Camera>() + camera.name.len(), object)?;
             self.description.cameras.push(camera);
@@ -367,6 +367,7 @@ fn convert_camera(
     index: Index<json::Camera>,
     node: &Object,
     transform: DAffine3,
+    warnings: &mut Vec<String>,
 ) -> Result<(Camera, Option<f64>), GltfError> {
     let camera = document.get(index, node, "camera")?;
     let object = document.object(index);
@@ -389,7 +390,12 @@ fn convert_camera(
     };
     // No more than a wish.
     let aspect = aspect.map(f64::from).filter(|aspect| *aspect > 0.0 && aspect.is_finite());
-    Ok((Camera { name: name_of(node, camera), transform, projection }, aspect))
+    let mut extras = Caustica::of(&camera.extras, &object)?;
+    let [radius, focus] = [extras.number("lens_radius")?, extras.number("focus_distance")?];
+    let lens = radius.filter(|radius| *radius != 0.0).map(|radius| Lens { radius, focus: focus.unwrap_or(0.0) });
+    let shift = extras.list("shift")?.map_or(DVec2::ZERO, |shift| Vec2::from_array(shift).as_dvec2());
+    extras.finish(warnings);
+    Ok((Camera { lens, shift, ..Camera::new(name_of(node, camera), transform, projection) }, aspect))
 }
 
 /// The name of a node, else of what it carries, else its number.
