@@ -181,9 +181,6 @@ mutation("lens: its film in the middle", "src/camera/mod.rs",
 mutation("lens: seen by another point of it", "src/integrator/bdpt.rs",
          "tracer.to_camera(&camera, j);", "tracer.to_camera(&view.camera, j);",
          ("lens", "a_small_patch"))
-mutation("lens: the camera's medium, not that of its point", "src/render/samples.rs",
-         "camera.is_point() || !world.requirements.media", "true || !world.requirements.media",
-         ("caustic", "a_lens_that_glass_covers"))
 mutation("camera: the film of a region as large as the frame", "src/camera/mod.rs",
          "4.0 * half_width * half_height * share,", "4.0 * half_width * half_height * share.max(1.0),",
          ("caustic", "a_region"), ("lib", "a_region_is_a_smaller_film"))
@@ -192,7 +189,8 @@ mutation("camera: random numbers by the pixels of a region", "src/integrator/bdp
 mutation("render: another first sample draws the same", "src/render/job.rs",
          "settings.first_sample + tile.pass)", "tile.pass)", ("job", "successive_samples"))
 mutation("camera: a film in several media taken to be in one", "src/render/samples.rs",
-         "pinhole || !world.requirements.media || ", "true || ", ("agreement", "parallel"))
+         "camera.is_point() || !world.requirements.media || ", "true || ",
+         ("agreement", "parallel"), ("caustic", "a_lens_that_glass_covers"))
 mutation("progress: due as soon as a slow callback ends", "src/render/job.rs",
          "last.0 = Instant::now();", "last.0 = start;", ("job", "slow_callback"))
 mutation("progress: due at once after the first call", "src/render/job.rs",
