@@ -280,7 +280,7 @@ fn camera_in_glass() {
     agree("camera inside glass", &b, 128, 32);
 }
 
-/// Parts of the lens are in the ball, parts before it.
+/// Parts of the lens are in dark glass, parts before it.
 #[test]
 fn a_lens_that_glass_covers_in_part() {
     let mut b = under_a_lamp(1.5);
@@ -290,7 +290,8 @@ fn a_lens_that_glass_covers_in_part() {
     let covered = camera.transform.transform_point3(DVec3::new(-0.3, 0.0, -0.1));
     camera.lens = Some(Lens { radius: 0.3, focus: 2.5 });
     camera.shift = DVec2::new(0.05, 0.1);
-    b.sphere(covered, 0.3, glass);
+    let dark = b.absorbing(1.5, Rgb::new(1.0, 2.0, 4.0));
+    b.sphere(covered, 0.3, dark);
     agree("lens", &b, 128, 32);
 }
 
