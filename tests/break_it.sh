@@ -190,7 +190,7 @@ mutation("render: another first sample draws the same", "src/render/job.rs",
          "settings.first_sample + tile.pass)", "tile.pass)", ("job", "successive_samples"))
 mutation("camera: a film in several media taken to be in one", "src/render/samples.rs",
          "camera.is_point() || !world.requirements.media || ", "true || ",
-         ("agreement", "parallel"), ("caustic", "a_lens_that_glass_covers"))
+         ("agreement", "parallel"), ("lens", "two_media"))
 mutation("progress: due as soon as a slow callback ends", "src/render/job.rs",
          "last.0 = Instant::now();", "last.0 = start;", ("job", "slow_callback"))
 mutation("progress: due at once after the first call", "src/render/job.rs",

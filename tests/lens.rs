@@ -71,3 +71,44 @@ fn a_small_patch_becomes_a_disc() {
         }
     }
 }
+
+/// Half of the lens is in a ball of dark gas, under a sky of radiance 1: absorption along what of each ray is in the ball,
+/// averaged over lens and film.
+#[test]
+fn a_lens_that_is_in_two_media() {
+    let (absorption, radius, tan) = (2.0f64, 0.5f64, 0.3f64);
+    let lens = Lens { radius: 0.4, focus: 2.0 };
+    let center = DVec3::new(0.5, 0.0, 0.0);
+    let mut b = Builder::default();
+    b.0.environment = Rgb::ONE.into();
+    let gas = b.absorbing(1.0, Rgb::splat(absorption as f32));
+    b.sphere(center, radius, gas);
+    let plain = Camera::new("", DAffine3::IDENTITY, Projection::Perspective { yfov: 2.0 * tan.atan() });
+    b.0.cameras.push(Camera { lens: Some(lens), ..plain });
+    let world = b.commit();
+
+    // Midpoints: of squared radius and angle on the lens, of both coordinates on the film.
+    const N: u32 = 40;
+    let middle = |i: u32| (f64::from(i) + 0.5) / f64::from(N);
+    let mut known = 0.0;
+    for k in 0..N.pow(4) {
+        let [a, b, c, d] = [0, 1, 2, 3].map(|i| middle(k / N.pow(i) % N));
+        let from = (DVec2::from_angle(2.0 * PI * a) * lens.radius * b.sqrt()).extend(0.0);
+        let at = (DVec2::new(2.0 * c - 1.0, 2.0 * d - 1.0) * tan * lens.focus).extend(-lens.focus);
+        let along = (at - from).normalize();
+        let to = center - from;
+        let half = (radius * radius - to.length_squared() + to.dot(along).powi(2)).max(0.0).sqrt();
+        let within = (to.dot(along) + half).max(0.0) - (to.dot(along) - half).max(0.0);
+        known += (-absorption * within).exp() / f64::from(N.pow(4));
+    }
+    for integrator in [Integrator::Path, Integrator::Mnee, Integrator::Bdpt] {
+        let mean = |seed| {
+            let image = run(&world, &settings(integrator, 8, 256, seed)).image;
+            image.pixels.iter().map(|p| f64::from(luminance(*p))).sum::<f64>() / 64.0
+        };
+        let (mean, error) = mean_and_error(&(0..RUNS).map(mean).collect::<Vec<_>>());
+        // 5.5 is Student's quantile for 11 degrees at 2e-4 over 3 comparisons and 2 sides; 1e-3: midpoints.
+        assert!((mean - known).abs() < 5.5 * error + 1e-3 * known, "{integrator:?}: {mean} +- {error}, not {known}");
+        assert!(error < 2e-3 * known, "{integrator:?}: known to {error}");
+    }
+}
