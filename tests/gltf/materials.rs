@@ -167,7 +167,7 @@ fn malformed_extras_are_errors_that_name_the_material() {
     assert_eq!(error(json!({"exterior_ior": "x"})), format!("{head}.exterior_ior is \"x\"; expected a number"));
     let missing = format!("{head}.exterior_ior is missing; exterior_absorption needs it");
     assert_eq!(error(json!({"exterior_absorption": [0, 0, 0]})), missing);
-    let triple = format!("{head}.exterior_absorption is [0,0]; expected a list of three numbers");
+    let triple = format!("{head}.exterior_absorption is [0,0]; expected a list of 3 numbers");
     assert_eq!(error(json!({"exterior_ior": 1.3, "exterior_absorption": [0, 0]})), triple);
     let infinite = format!("{head}.exterior_absorption[1] is inf; expected a finite number");
     assert_eq!(error(json!({"exterior_ior": 1.3, "exterior_absorption": [0, 1e39, 0]})), infinite);

@@ -239,7 +239,7 @@ fn a_scene_may_have_an_environment() {
     assert_eq!(scene(&builder).environment.radiance, Rgb::new(0.5, 1.0, 2.0));
     assert!(scene(&builder).environment.image.is_none());
     builder.json["scenes"][0]["extras"] = json!({"caustica": {"environment": 1}});
-    assert_eq!(builder.error(), "scene 0: extras.caustica.environment is 1; expected a list of three numbers");
+    assert_eq!(builder.error(), "scene 0: extras.caustica.environment is 1; expected a list of 3 numbers");
     builder.json["scenes"][0]["extras"] = json!({"caustica": {"enviroment": [1, 1, 1]}});
     assert_warns(&builder.load().unwrap(), &["scene 0", "extras.caustica.enviroment is unknown"]);
 }
