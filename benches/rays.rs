@@ -9,7 +9,7 @@
 //! that take turns, on one thread.
 
 use caustica::geometry::Ray;
-use caustica::intersect::{Backend, Hit, Intersector};
+use caustica::intersect::{self, Backend, Build, Hit, Intersector};
 use caustica::io::gltf;
 use caustica::render::{Cancel, Caustics, Integrator, Settings, render};
 use caustica::scene::{CommitOptions, World};
@@ -81,7 +81,8 @@ fn count_occluded(intersector: &dyn Intersector, rays: &[Ray]) {
 
 fn world(scene: &Path, backend: Backend) -> World {
     let loaded = gltf::load(scene).expect("a scene of this repository");
-    World::commit(&loaded.description, CommitOptions { backend, threads: 1 }).expect("a valid scene")
+    World::commit(&loaded.description, CommitOptions { backend, threads: 1, ..CommitOptions::default() })
+        .expect("a valid scene")
 }
 
 fn first_line(program: &str, arguments: &[&str]) -> String {
@@ -127,17 +128,22 @@ fn measure(name: &str) {
 
     #[cfg(feature = "embree")]
     {
-        let embree = caustica::intersect::embree::Embree::build(&plain.shapes, 1).expect("Embree");
-        let [raw_c, raw_o, again_c, again_o] = fastest([
+        let embree = caustica::intersect::embree::Embree::build(&plain.shapes, Build::Static, 1).expect("Embree");
+        let editable = intersect::build(Backend::Embree, &plain.shapes, Build::Editable, 1).expect("Embree");
+        let [raw_c, raw_o, again_c, again_o, parts_c, parts_o] = fastest([
             &mut || _ = black_box(embree.bench_raw_closest(&closest)),
             &mut || _ = black_box(embree.bench_raw_occluded(&occluded)),
             &mut || count_closest(through_trait, &closest),
             &mut || count_occluded(through_trait, &occluded),
+            &mut || count_closest(&*editable, &closest),
+            &mut || count_occluded(&*editable, &occluded),
         ]);
         row("nearest hit, bare Embree calls", c, raw_c);
         row("nearest hit, through the trait", c, again_c);
         row("visibility, bare Embree calls", o, raw_o);
         row("visibility, through the trait", o, again_o);
+        row("nearest hit, editable build", c, parts_c);
+        row("visibility, editable build", o, parts_o);
         let cost = |ours: f64, raw: f64| (ours / raw - 1.0) * 100.0;
         println!(
             "  cost of the trait: nearest {:.1} %, visibility {:.1} %",
@@ -176,7 +182,7 @@ fn measure_walks(name: &str) {
     run(&recorded);
     let closest = std::mem::take(&mut *closest.lock().expect("one thread"));
     let plain = world(&scene, Backend::default());
-    let embree = caustica::intersect::embree::Embree::build(&plain.shapes, 1).expect("Embree");
+    let embree = caustica::intersect::embree::Embree::build(&plain.shapes, Build::Static, 1).expect("Embree");
     let mut best: Option<caustica::render::Statistics> = None;
     let [raw, _] = fastest([&mut || _ = black_box(embree.bench_raw_closest(&closest)), &mut || {
         let statistics = run(&plain);

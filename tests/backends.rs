@@ -3,7 +3,7 @@
 
 use caustica::geometry::Ray;
 use caustica::intersect::compare::compare;
-use caustica::intersect::{self, Backend};
+use caustica::intersect::{self, Backend, Build};
 use caustica::math::{Frame, Sampler, Stream, warp};
 use caustica::pool;
 use caustica::scene::{CommitOptions, World};
@@ -46,7 +46,11 @@ fn variant(scene: &str, change: DAffine3) -> World {
     for instance in &mut loaded.description.instances {
         instance.transform = change * instance.transform;
     }
-    World::commit(&loaded.description, CommitOptions { backend: Backend::Embree, threads: 1 }).expect("a valid scene")
+    World::commit(
+        &loaded.description,
+        CommitOptions { backend: Backend::Embree, threads: 1, ..CommitOptions::default() },
+    )
+    .expect("a valid scene")
 }
 
 #[test]
@@ -74,7 +78,7 @@ fn the_same_rays_hit_the_same() {
     let work = |_: usize| {
         while let Some((scene, (suffix, change))) = jobs.get(next.fetch_add(1, Ordering::Relaxed)) {
             let world = variant(scene, *change);
-            let obvhs = intersect::build(Backend::Obvhs, &world.shapes, 1).expect("obvhs");
+            let obvhs = intersect::build(Backend::Obvhs, &world.shapes, Build::Static, 1).expect("obvhs");
             let c = compare(&*world.intersector, &*obvhs, &world.shapes, &rays(&world));
             let line = format!(
                 "{scene}{suffix}: {} of {} differ ({} hit or miss), {} tied, within {:.2} roundings of an edge, \

@@ -181,6 +181,9 @@ mutation("lens: its film in the middle", "src/camera/mod.rs",
 mutation("lens: seen by another point of it", "src/integrator/bdpt.rs",
          "tracer.to_camera(&camera, j);", "tracer.to_camera(&view.camera, j);",
          ("lens", "a_small_patch"))
+mutation("Embree: what was elsewhere is kept", "src/scene/fingerprint.rs",
+         'let _ = write!(h, "{sphere}{:?}", i.transform);', 'let _ = write!(h, "{sphere}");',
+         ("job", "a_commit_shares"), ("job", "an_editable_commit"))
 mutation("camera: the film of a region as large as the frame", "src/camera/mod.rs",
          "4.0 * half_width * half_height * share,", "4.0 * half_width * half_height * share.max(1.0),",
          ("caustic", "a_region"), ("lib", "a_region_is_a_smaller_film"))

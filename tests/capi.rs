@@ -244,6 +244,7 @@ fn both_sides_agree_on_layouts_and_constants() {
             MATERIAL_DIFFUSE, MATERIAL_DIELECTRIC, MATERIAL_THIN_DIELECTRIC, MATERIAL_CONDUCTOR,
             MATERIAL_METALLIC_ROUGHNESS
         }
+        scene { BUILD_STATIC, BUILD_EDITABLE }
         light { LIGHT_POINT, LIGHT_SPOT, LIGHT_DIRECTIONAL }
         camera { CAMERA_PERSPECTIVE, CAMERA_ORTHOGRAPHIC }
         request {

@@ -3,7 +3,7 @@
 #![cfg(all(feature = "embree", target_os = "linux"))]
 
 use caustica::geometry::{Mesh, Shape};
-use caustica::intersect::{Backend, build};
+use caustica::intersect::{Backend, Build, build};
 use glam::Vec3;
 
 #[test]
@@ -13,8 +13,8 @@ fn a_build_with_one_thread_starts_none() {
     let n = 300u32;
     let positions = (0..n * n).map(|i| Vec3::new((i % n) as f32, (i % 7 * i % 5) as f32, (i / n) as f32)).collect();
     let triangles = (0..n * (n - 1) - 1).map(|i| [i, i + 1, i + n]).collect();
-    let shapes = [Shape::Mesh(Mesh { positions, normals: vec![], triangles })];
+    let shapes = [Shape::Mesh(Mesh { positions, normals: vec![], triangles }.into())];
     let before = threads();
-    let structure = build(Backend::Embree, &shapes, 1).unwrap();
+    let structure = build(Backend::Embree, &shapes, Build::Static, 1).unwrap();
     assert_eq!(threads(), before, "{}", structure.describe());
 }

@@ -4,7 +4,7 @@
 mod common;
 
 use caustica::camera::Region;
-use caustica::intersect::Backend;
+use caustica::intersect::{Backend, Build};
 use caustica::math::{Rgb, luminance};
 use caustica::render::preview::Preview;
 use caustica::render::{
@@ -14,7 +14,7 @@ use caustica::render::{
 use caustica::scene::description::{Camera, Geometry, LightKind, Projection, Scattering};
 use caustica::scene::{CommitOptions, World};
 use common::{Builder, settings};
-use glam::{DVec3, Vec3};
+use glam::{DAffine3, DVec3, Vec3};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -71,6 +71,30 @@ fn a_commit_shares_shapes_and_ray_tracer_where_these_stay() {
     let obvhs = CommitOptions { backend: Backend::Obvhs, ..CommitOptions::default() };
     let after = World::commit_after(Some(&before), &scene().0, obvhs).expect("a scene");
     assert_eq!(Arc::ptr_eq(&before.intersector, &after.intersector), Backend::default() == Backend::Obvhs);
+}
+
+/// What is built for edits shows the same, whatever the way to it.
+#[test]
+fn an_editable_commit_is_the_commit_of_what_is_there() {
+    let mut b = scene();
+    let white = b.diffuse(0.5);
+    b.mesh(common::icosphere(0.4, 4, true), white, DAffine3::from_translation(DVec3::new(-0.7, 0.4, 0.3)));
+    let moved = b.0.instances.len() - 1;
+    let options = CommitOptions { build: Build::Editable, ..CommitOptions::default() };
+    let image = |world: &World| common::run(world, &settings(Integrator::Bdpt, 24, 4, 3)).image;
+    let before = b.commit();
+    let mut editable = World::commit_after(Some(&before), &b.0, options).expect("a scene");
+    assert!(Arc::ptr_eq(&before.shapes, &editable.shapes) && !Arc::ptr_eq(&before.intersector, &editable.intersector));
+    for (what, edit) in [1, 1, moved].into_iter().enumerate() {
+        b.0.instances[edit].transform.translation.x += 0.125;
+        editable = World::commit_after(Some(&editable), &b.0, options).expect("a scene");
+        let fresh = World::commit(&b.0, options).expect("a scene");
+        assert!(image(&editable) == image(&fresh), "edit {what}");
+        // Where a ray meets an edge, either triangle may count.
+        let (found, plain) = (image(&editable), image(&b.commit()));
+        let same = found.pixels.iter().zip(&plain.pixels).filter(|(a, b)| a == b).count();
+        assert!(same * 100 > found.pixels.len() * 95, "edit {what}: {same} pixels are the same");
+    }
 }
 
 /// The media around lights are taken from the commit before only where they are the same.

@@ -19,7 +19,7 @@ use super::render::Render;
 use super::scene::Scene;
 use super::texture::Texture;
 use crate::geometry::{Shape, Sphere};
-use crate::intersect::{self, Backend};
+use crate::intersect::{self, Backend, Build};
 use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::ffi::c_void;
@@ -259,7 +259,7 @@ fn check_version(header: u32) -> Result<(), Failure> {
 /// reported now and not at the first commit.
 fn try_backend(backend: Backend) -> Result<(), Failure> {
     let shape = Shape::Sphere(Sphere { center: glam::Vec3::ZERO, radius: 1.0 });
-    intersect::build(backend, &[shape], 1).map(drop).map_err(|error| {
+    intersect::build(backend, &[shape], Build::Static, 1).map(drop).map_err(|error| {
         let code = match error {
             intersect::BackendError::Missing(_) => ERROR_UNSUPPORTED,
             intersect::BackendError::Incompatible(_) => ERROR_INCOMPATIBLE_VERSION,

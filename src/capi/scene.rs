@@ -12,12 +12,18 @@ use super::material::Material;
 use super::mesh::Mesh;
 use super::pointer::{Out, OutStruct, Sized32};
 use super::texture::Textures;
+use crate::intersect::Build;
 use crate::scene::description::{self, Description, Environment};
 use crate::scene::{CommitOptions, Warning, World};
 use crate::transport::limits::limits;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 use std::time::Instant;
+
+/// All in one, for fast renders.
+pub const BUILD_STATIC: u32 = 1;
+/// In parts, for fast commits.
+pub const BUILD_EDITABLE: u32 = 2;
 
 /// `caustica_commit_report`.
 #[derive(Clone, Copy)]
@@ -53,6 +59,7 @@ pub(super) struct Contents {
     pub(super) lights: Vec<Arc<Light>>,
     pub(super) cameras: Vec<Arc<Camera>>,
     pub(super) environment: Environment,
+    build: Build,
     instances_so_far: u64,
     /// Whether the scene is gone, for a call that found it just before.
     released: bool,
@@ -143,6 +150,9 @@ guard::export! {
     /// Ends a scene, with its instances, lights and cameras.
     fn caustica_scene_release(device, scene: Handle<Scene>) = release;
 
+    /// What later snapshots are built for.
+    fn caustica_scene_set_build(device, scene: Handle<Scene>, build: u32) = set_build;
+
     /// Makes a snapshot for renders.
     fn caustica_scene_commit(device, scene: Handle<Scene>, report: OutStruct<CommitReport>) = commit;
 }
@@ -167,13 +177,25 @@ fn release(device: &Arc<Device>, scene: Handle<Scene>) -> Result<i32, Failure> {
     Ok(OK)
 }
 
+fn set_build(device: &Arc<Device>, scene: Handle<Scene>, build: u32) -> Result<i32, Failure> {
+    let object = device.scenes.get(scene)?;
+    object.edit()?.build = match build {
+        BUILD_STATIC => Build::Static,
+        BUILD_EDITABLE => Build::Editable,
+        other => return Err(Failure::argument("build", format!("is {other}; a CAUSTICA_BUILD_ was expected"))),
+    };
+    Ok(OK)
+}
+
 fn commit(device: &Arc<Device>, scene: Handle<Scene>, report: OutStruct<CommitReport>) -> Result<i32, Failure> {
     let place = report.optional("report")?;
     let scene = device.scenes.get(scene)?;
     let start = Instant::now();
     let committing = scene.start_commit()?;
-    let (description, origins, left_out) = describe(&*scene.edit()?)?;
-    let options = CommitOptions { backend: device.backend, threads: device.threads };
+    let contents = scene.edit()?;
+    let (description, origins, left_out) = describe(&contents)?;
+    let options = CommitOptions { backend: device.backend, build: contents.build, threads: device.threads };
+    drop(contents);
     let previous = scene.snapshot();
     let world = World::commit_after(previous.as_ref().map(|snapshot| &snapshot.world), &description, options)
         .map_err(|error| origins.explain(error).object_if_none(OBJECT_SCENE, scene.id, ""))?;

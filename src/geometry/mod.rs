@@ -20,12 +20,13 @@ pub use targets::{Aim, Reach, Targets};
 
 use crate::intersect::Hit;
 use glam::Vec3;
+use std::sync::Arc;
 
 /// A shape in world space.
 #[derive(Clone, Debug)]
 pub enum Shape {
-    /// Triangles.
-    Mesh(Mesh),
+    /// Triangles, which snapshots of a scene share.
+    Mesh(Arc<Mesh>),
     /// An analytic sphere.
     Sphere(Sphere),
 }

@@ -207,7 +207,7 @@ mod tests {
     fn each_kind_of_difference_is_counted_and_measured() {
         let corners = vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::ONE];
         let mesh = Mesh { positions: corners, normals: vec![], triangles: vec![[0, 1, 2], [1, 3, 2]] };
-        let shapes = [Shape::Mesh(mesh)];
+        let shapes = [Shape::Mesh(mesh.into())];
         let ray = Ray { origin: Vec3::new(0.5, 0.125, 2.0), direction: Vec3::NEG_Z, t_max: f32::INFINITY };
         let hit = |t, primitive| Some(Hit { t, u: 0.0, v: 0.0, shape: 0, primitive });
         let of = |a, b| compare(&Told(a), &Told(b), &shapes, &[ray]);

@@ -45,6 +45,12 @@ pub trait Intersector: Send + Sync {
     fn describe(&self) -> String;
     /// Bytes held by the acceleration structure, where the backend knows.
     fn memory(&self) -> u64;
+    /// The same ray tracer over other shapes, [editable](Build::Editable), which keeps what it has of meshes that are among
+    /// them, too; none if it keeps nothing.
+    #[allow(unused_variables)]
+    fn rebuilt(&self, shapes: &[Shape], threads: usize) -> Option<Result<Box<dyn Intersector>, BackendError>> {
+        None
+    }
 }
 
 /// Which ray tracer answers.
@@ -61,6 +67,16 @@ impl Default for Backend {
     fn default() -> Self {
         if cfg!(feature = "embree") { Backend::Embree } else { Backend::Obvhs }
     }
+}
+
+/// What a ray tracer is built for. Where two triangles are hit at once, at an edge, either may be told.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Build {
+    /// Fast queries: all in one hierarchy.
+    #[default]
+    Static,
+    /// Fast changes: Embree builds each large mesh for itself, and keeps it while it stays where it is. obvhs does not.
+    Editable,
 }
 
 /// Why a backend could not be made.
@@ -146,10 +162,15 @@ pub(crate) fn check_count(counts: impl Iterator<Item = u64>) -> Result<(), Strin
 /// Builds the acceleration structure over `shapes`, with at most `threads` threads (obvhs uses the
 /// caller's alone).
 #[cfg_attr(not(feature = "embree"), allow(unused_variables))]
-pub fn build(backend: Backend, shapes: &[Shape], threads: usize) -> Result<Box<dyn Intersector>, BackendError> {
+pub fn build(
+    backend: Backend,
+    shapes: &[Shape],
+    build: Build,
+    threads: usize,
+) -> Result<Box<dyn Intersector>, BackendError> {
     match backend {
         #[cfg(feature = "embree")]
-        Backend::Embree => Ok(Box::new(embree::Embree::build(shapes, threads)?)),
+        Backend::Embree => Ok(Box::new(embree::Embree::build(shapes, build, threads)?)),
         #[cfg(not(feature = "embree"))]
         Backend::Embree => Err(BackendError::Missing("embree")),
         Backend::Obvhs => Ok(Box::new(obvhs::Obvhs::build(shapes, threads)?)),

@@ -8,29 +8,26 @@ use std::fmt::Write;
 pub(super) struct Fingerprint {
     /// Of everything that can change an image of the scene. Names do not.
     pub(super) scene: u64,
-    /// Of what is where, whatever it is made of.
-    pub(super) shapes: u64,
+    /// Of what is where, whatever it is made of: of each instance.
+    pub(super) shapes: Vec<u64>,
 }
 
 pub(super) fn fingerprint(d: &Description) -> Fingerprint {
+    let meshes: Vec<u64> = d.meshes.iter().map(|mesh| geometry(mesh)).collect();
     let mut h = Fnv::default();
-    for mesh in &d.meshes {
-        // The lengths first: what follows can be read in one way alone.
-        for length in [mesh.positions.len(), mesh.normals.len(), mesh.triangles.len()] {
-            h.bytes(&(length as u64).to_le_bytes());
-        }
-        for v in mesh.positions.iter().chain(&mesh.normals) {
-            h.triple(v.map(f32::to_bits));
-        }
-        for t in &mesh.triangles {
-            h.triple(*t);
-        }
-    }
+    meshes.iter().for_each(|hash| h.bytes(&hash.to_le_bytes()));
     // Debug formatting of numbers is exact (shortest round-trip), and writing to a hash cannot fail.
-    let mut shapes = h;
-    for i in &d.instances {
-        let _ = write!(shapes, "{:?}{:?}", i.geometry, i.transform);
-    }
+    let shape = |i: &Instance| {
+        let mut h = Fnv::default();
+        match i.geometry {
+            Geometry::Mesh(mesh) => h.bytes(&meshes[mesh].to_le_bytes()),
+            Geometry::Sphere { radius } => h.bytes(&radius.to_bits().to_le_bytes()),
+        }
+        let sphere = matches!(i.geometry, Geometry::Sphere { .. });
+        let _ = write!(h, "{sphere}{:?}", i.transform);
+        h.value()
+    };
+    let shapes = d.instances.iter().map(shape).collect();
     if d.materials.iter().any(|m| m.textures.any()) {
         for mesh in &d.meshes {
             h.bytes(&(mesh.texture_coordinates.len() as u64).to_le_bytes());
@@ -59,13 +56,28 @@ pub(super) fn fingerprint(d: &Description) -> Fingerprint {
     if let Some(image) = image {
         let _ = write!(h, "{:?}{rotation:?}", image.hash());
     }
-    Fingerprint { scene: h.value(), shapes: shapes.value() }
+    Fingerprint { scene: h.value(), shapes }
+}
+
+/// Of a mesh without its texture coordinates.
+fn geometry(mesh: &MeshDescription) -> u64 {
+    let mut h = Fnv::default();
+    // The lengths first: what follows can be read in one way alone.
+    for length in [mesh.positions.len(), mesh.normals.len(), mesh.triangles.len()] {
+        h.bytes(&(length as u64).to_le_bytes());
+    }
+    for v in mesh.positions.iter().chain(&mesh.normals) {
+        h.triple(v.map(f32::to_bits));
+    }
+    for t in &mesh.triangles {
+        h.triple(*t);
+    }
+    h.value()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::sync::Arc;
 
     /// The same numbers one after the other, three of them as normals or as triangles.
     #[test]
@@ -77,7 +89,6 @@ mod tests {
             triangles: vec![[0; 3]; triangles],
             texture_coordinates: vec![],
         };
-        let hash = |mesh| fingerprint(&Description { meshes: vec![Arc::new(mesh)], ..Description::default() }).shapes;
-        assert_ne!(hash(mesh(3, 1)), hash(mesh(0, 4)));
+        assert_ne!(geometry(&mesh(3, 1)), geometry(&mesh(0, 4)));
     }
 }

@@ -7,13 +7,23 @@ use crate::geometry::{Enclosure, Mesh, Shape, Sphere};
 use crate::intersect::MAX_COORDINATE;
 use crate::text::shown;
 use glam::{DMat3, Vec3};
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
-/// The shapes of all instances, of `meshes`.
-pub(super) fn place(d: &Description, meshes: &[Arc<MeshDescription>]) -> Result<Vec<Shape>, SceneError> {
+/// The shapes of all instances, of `meshes`; those of equal hashes are one mesh, with those in `kept`, too.
+pub(super) fn place(
+    d: &Description,
+    meshes: &[Arc<MeshDescription>],
+    hashes: &[u64],
+    kept: impl Iterator<Item = (u64, Shape)>,
+) -> Result<Vec<Shape>, SceneError> {
+    let mut known: HashMap<u64, Shape> = kept.collect();
     let mut shapes = reserve(d.instances.len())?;
-    for (index, instance) in d.instances.iter().enumerate() {
+    for (index, (instance, hash)) in d.instances.iter().zip(hashes).enumerate() {
+        if let Some(shape) = known.get(hash) {
+            shapes.push(shape.clone());
+            continue;
+        }
         shapes.push(match instance.geometry {
             Geometry::Sphere { radius } => {
                 let placed = place_sphere(instance, radius);
@@ -23,7 +33,9 @@ pub(super) fn place(d: &Description, meshes: &[Arc<MeshDescription>]) -> Result<
             Geometry::Mesh(mesh) => {
                 let placed = place_mesh(instance, &meshes[mesh])?;
                 check_mesh(index, instance, &placed)?;
-                Shape::Mesh(placed)
+                let shape = Shape::Mesh(placed.into());
+                known.insert(*hash, shape.clone());
+                shape
             }
         });
     }

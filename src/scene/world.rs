@@ -8,7 +8,7 @@ use super::textured::{self, Textured, textured};
 use super::{SceneError, Warning, fingerprint, rebase, validate};
 use crate::emitter::{Lights, MOST_LIGHTS};
 use crate::geometry::{Ray, Shape, Sphere, SurfacePoint};
-use crate::intersect::{self, Backend, BackendError, Hit, Intersector};
+use crate::intersect::{self, Backend, BackendError, Build, Hit, Intersector};
 use crate::math::Rgb;
 use crate::pool::thread_count;
 use crate::scatter::Bsdf;
@@ -21,6 +21,8 @@ use std::time::Instant;
 pub struct CommitOptions {
     /// The ray tracer.
     pub backend: Backend,
+    /// What that is built for.
+    pub build: Build,
     /// Threads for the build; 0 for as many as the process may use.
     pub threads: usize,
 }
@@ -91,8 +93,9 @@ pub struct World {
     /// Things worth telling that are not errors, e.g. degenerate triangles.
     pub warnings: Vec<Warning>,
     hash: u64,
-    shapes_hash: u64,
-    backend: Backend,
+    /// Of each shape.
+    shape_hashes: Vec<u64>,
+    options: CommitOptions,
 }
 
 impl World {
@@ -101,8 +104,8 @@ impl World {
         World::commit_after(None, description, options)
     }
 
-    /// The same, which shares shapes and ray tracer with a `previous` world if that has the same: after a change of
-    /// cameras, lights or materials, these take most of the time. They are told by a hash of 64 bits.
+    /// The same, which shares with a `previous` world the shapes that stay as and where they are, and, if all do or the build
+    /// is [editable](Build::Editable), what the ray tracer has of them. They are told by a hash of 64 bits.
     pub fn commit_after(
         previous: Option<&World>,
         description: &Description,
@@ -129,10 +132,16 @@ impl World {
 
         let mut shape_material = reserve(description.instances.len())?;
         shape_material.extend(description.instances.iter().map(|i| i.material as u32));
-        let same = previous.filter(|world| world.shapes_hash == hash.shapes && world.backend == options.backend);
+        let near = previous.filter(|world| world.origin == origin);
+        let same = near.filter(|world| world.shape_hashes == hash.shapes);
         let shapes = match same {
             Some(world) => world.shapes.clone(),
-            None => place(description, meshes)?.into(),
+            None => {
+                let kept = near
+                    .into_iter()
+                    .flat_map(|world| world.shape_hashes.iter().copied().zip(world.shapes.iter().cloned()));
+                place(description, meshes, &hash.shapes, kept)?.into()
+            }
         };
         let mut warnings = place::warnings(description, &shapes, |material| bsdfs[material].media());
         textured::warnings(description, meshes, &mut warnings);
@@ -152,9 +161,16 @@ impl World {
             let text = "the scene has no light: the image will be black".to_owned();
             warnings.push(Warning { instance: None, text });
         }
-        let intersector = match same {
+        let threads = thread_count(options.threads);
+        let built = |world: &&World| (world.options.backend, world.options.build) == (options.backend, options.build);
+        let intersector = match same.filter(built) {
             Some(world) => world.intersector.clone(),
-            None => intersect::build(options.backend, &shapes, thread_count(options.threads)).map_err(backend)?.into(),
+            None => previous
+                .filter(|world| options.build == Build::Editable && world.options.backend == options.backend)
+                .and_then(|world| world.intersector.rebuilt(&shapes, threads))
+                .unwrap_or_else(|| intersect::build(options.backend, &shapes, options.build, threads))
+                .map_err(backend)?
+                .into(),
         };
 
         let glass = Glass::new(&shapes, &shape_material, &bsdfs)?;
@@ -194,8 +210,8 @@ impl World {
             commit_seconds: 0.0,
             warnings,
             hash: hash.scene,
-            shapes_hash: hash.shapes,
-            backend: options.backend,
+            shape_hashes: hash.shapes,
+            options,
         };
         world.light_media = match previous.filter(|previous| world.lights_stand_as_in(previous)) {
             Some(previous) => previous.light_media.clone(),

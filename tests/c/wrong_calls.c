@@ -394,6 +394,10 @@ static void scene_calls(void) {
     DEVICES(caustica_scene_commit(d, scene, NULL));
     HANDLES(scene, CAUSTICA_OBJECT_SCENE, caustica_scene_commit(device, h, NULL));
     SIZES(report, caustica_scene_commit(device, scene, &report));
+    DEVICES(caustica_scene_set_build(d, scene, CAUSTICA_BUILD_EDITABLE));
+    HANDLES(scene, CAUSTICA_OBJECT_SCENE, caustica_scene_set_build(device, h, CAUSTICA_BUILD_EDITABLE));
+    EXPECT(INVALID, caustica_scene_set_build(device, scene, 0));
+    EXPECT(INVALID, caustica_scene_set_build(device, scene, 3));
     DEVICES(caustica_scene_set_environment(d, scene, dark));
     HANDLES(scene, CAUSTICA_OBJECT_SCENE, caustica_scene_set_environment(device, h, dark));
     EXPECT(INVALID, caustica_scene_set_environment(device, scene, NULL));

@@ -18,7 +18,7 @@ use std::time::Instant;
 
 pub(crate) fn run(args: &Backends) -> Result<(), Failure> {
     let console = Console { quiet: false };
-    let options = |backend| CommitOptions { backend, threads: args.threads };
+    let options = |backend| CommitOptions { backend, threads: args.threads, ..CommitOptions::default() };
     let Opened { description, world: embree, .. } = scene::open(&args.scene, options(Backend::Embree), None, console)?;
     let obvhs = scene::commit(&args.scene, &description, options(Backend::Obvhs))?;
     let rays = rays(&embree, args.rays, args.seed)?;

@@ -19,7 +19,7 @@ use glam::{DVec3, Vec3};
 
 pub(crate) fn run(args: &Pixel) -> Result<(), Failure> {
     args.picture.check_used(args.integrator);
-    let commit = CommitOptions { backend: args.picture.backend(), threads: 0 };
+    let commit = CommitOptions { backend: args.picture.backend(), ..CommitOptions::default() };
     let Opened { description, aspects, world } =
         scene::open(&args.scene, commit, Some(&args.picture), Console { quiet: false })?;
     let settings = Settings {

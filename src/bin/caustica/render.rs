@@ -51,7 +51,7 @@ pub(crate) fn run(args: &Render) -> Result<(), Failure> {
     if args.transparent && !args.output.iter().any(is_exr) {
         console.warn("--transparent: EXR alone keeps alpha; other formats have the picture over black");
     }
-    let commit = CommitOptions { backend: args.picture.backend(), threads: args.threads };
+    let commit = CommitOptions { backend: args.picture.backend(), threads: args.threads, ..CommitOptions::default() };
     let Opened { description, aspects, world } = scene::open(&args.scene, commit, Some(&args.picture), console)?;
     let settings = Settings {
         integrator,

@@ -60,11 +60,8 @@ fn the_far_side_of_a_sphere_is_not_drawn() {
 
 #[test]
 fn what_emits_nothing_is_no_light() {
-    let flat = Shape::Mesh(Mesh {
-        positions: vec![Vec3::ZERO, Vec3::X, 2.0 * Vec3::X],
-        normals: vec![],
-        triangles: vec![[0, 1, 2]],
-    });
+    let positions = vec![Vec3::ZERO, Vec3::X, 2.0 * Vec3::X];
+    let flat = Shape::Mesh(Mesh { positions, normals: vec![], triangles: vec![[0, 1, 2]] }.into());
     let dark = LightKind::Point { position: DVec3::ZERO, intensity: Rgb::ZERO };
     let shapes = vec![(flat, Rgb::ONE, true), (ball(Vec3::ZERO, 1.0), Rgb::ZERO, false)];
     let scene = scene(shapes, &[dark], Rgb::ZERO);

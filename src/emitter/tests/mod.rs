@@ -54,7 +54,7 @@ pub(super) fn scene(
 pub(super) fn parallelogram(corner: Vec3, a: Vec3, b: Vec3) -> Shape {
     let positions = vec![corner, corner + a, corner + a + b, corner + b, corner + 0.25 * a];
     let triangles = vec![[0, 4, 3], [0, 0, 2], [4, 1, 2], [4, 2, 3]];
-    Shape::Mesh(Mesh { positions, normals: vec![], triangles })
+    Shape::Mesh(Mesh { positions, normals: vec![], triangles }.into())
 }
 
 /// The horizontal rectangle of half-sides `x` and `z` about `center` that shines down.
@@ -167,7 +167,8 @@ pub(super) fn mixture() -> Scene {
             let away = Vec3::new(3.0 * shapes.len() as f32 - 4.0, 0.0, 0.5);
             let moved = match shape {
                 Shape::Mesh(m) => {
-                    Shape::Mesh(Mesh { positions: m.positions.iter().map(|&p| p + away).collect(), ..m.clone() })
+                    let positions = m.positions.iter().map(|&p| p + away).collect();
+                    Shape::Mesh(Mesh { positions, ..Mesh::clone(m) }.into())
                 }
                 Shape::Sphere(b) => ball(b.center + away, b.radius),
             };

@@ -7,18 +7,37 @@ mod query;
 mod self_test;
 mod sphere;
 
-use super::{BackendError, Hit, Intersector, failed};
+use super::{BackendError, Build, Hit, Intersector, failed};
 use crate::geometry::{Mesh, Ray, Shape, Sphere};
 use device::{Device, Scene};
+use std::collections::HashMap;
+use std::sync::Arc;
 
 /// Oldest usable library: 4.3.0, the first with today's ray layout. The build script asks the same of
 /// the headers.
 const OLDEST: u32 = 40300;
 
-/// Ray queries by Embree. Owns its device, so that its errors and memory are its own.
+/// Triangles from which on a mesh of an editable build has a scene of its own. Not tuned: so many are built in about half a
+/// millisecond.
+const PART: usize = 1 << 11;
+
+/// A mesh that is built for itself.
+struct Part {
+    mesh: Arc<Mesh>,
+    scene: Scene,
+    /// Bytes of the scene.
+    bytes: u64,
+}
+
+/// Ray queries by Embree. Its device is its own and that of those who were [rebuilt](Intersector::rebuilt) from it, and so are
+/// errors and memory.
 pub struct Embree {
     scene: Scene,
-    device: Device,
+    /// In the order of the shapes.
+    parts: Vec<Arc<Part>>,
+    device: Arc<Device>,
+    /// Bytes of scene and parts.
+    bytes: u64,
     /// Read by the callbacks of `scene`, hence dropped after it.
     _spheres: Box<[Sphere]>,
 }
@@ -27,8 +46,7 @@ impl Embree {
     /// Builds with at most `threads` threads. Refuses a library that is older than 4.3 or whose ray
     /// structure differs from the one compiled against: another copy may have been loaded by the host
     /// under the same name.
-    pub fn build(shapes: &[Shape], threads: usize) -> Result<Embree, BackendError> {
-        super::check(shapes)?;
+    pub fn build(shapes: &[Shape], build: Build, threads: usize) -> Result<Embree, BackendError> {
         let device = Device::new()?;
         let version = device.version();
         if version < OLDEST {
@@ -38,17 +56,44 @@ impl Embree {
             )));
         }
         self_test::run(&device)?;
+        Embree::on(device.into(), shapes, (build == Build::Editable).then_some(&[]), threads)
+    }
 
+    /// On a device that was tested: all in one, or in parts, those that are kept among them.
+    fn on(
+        device: Arc<Device>,
+        shapes: &[Shape],
+        kept: Option<&[Arc<Part>]>,
+        threads: usize,
+    ) -> Result<Embree, BackendError> {
+        super::check(shapes)?;
+        let known: HashMap<*const Mesh, &Arc<Part>> =
+            kept.into_iter().flatten().map(|part| (Arc::as_ptr(&part.mesh), part)).collect();
         let is_sphere = |s: &Shape| if let Shape::Sphere(s) = s { Some(*s) } else { None };
         let spheres: Box<[Sphere]> = shapes.iter().filter_map(is_sphere).collect();
         let mut next_sphere = spheres.iter();
+        let (mut parts, mut kept_bytes) = (Vec::new(), 0);
+        let before = device.memory();
         let mut scene = device.scene()?;
         for (id, shape) in shapes.iter().enumerate() {
             let id = id as u32;
             match shape {
                 // Embree takes no empty buffer.
                 Shape::Mesh(mesh) if mesh.triangles.is_empty() => {}
-                Shape::Mesh(mesh) => attach_mesh(&device, &mut scene, id, mesh)?,
+                Shape::Mesh(mesh) if kept.is_none() || mesh.triangles.len() < PART => {
+                    attach_mesh(&device, &mut scene, id, mesh)?
+                }
+                Shape::Mesh(mesh) => {
+                    let part = match known.get(&Arc::as_ptr(mesh)) {
+                        Some(&part) => {
+                            kept_bytes += part.bytes;
+                            part.clone()
+                        }
+                        None => Arc::new(Part::build(&device, mesh.clone(), threads)?),
+                    };
+                    attach_scene(&device, &mut scene, id, &part.scene)?;
+                    parts.push(part);
+                }
                 Shape::Sphere(_) => {
                     if let Some(sphere) = next_sphere.next() {
                         // SAFETY: `spheres` is on the heap and kept until the scene is gone.
@@ -58,7 +103,8 @@ impl Embree {
             }
         }
         device.commit(&mut scene, threads)?;
-        Ok(Embree { scene, device, _spheres: spheres })
+        let bytes = device.memory().saturating_sub(before) + kept_bytes;
+        Ok(Embree { scene, parts, device, bytes, _spheres: spheres })
     }
 
     /// Bare `rtcIntersect1` calls on the rays, for measuring what the trait costs: how many hit.
@@ -104,7 +150,22 @@ impl Intersector for Embree {
     }
 
     fn memory(&self) -> u64 {
-        self.device.memory()
+        self.bytes
+    }
+
+    fn rebuilt(&self, shapes: &[Shape], threads: usize) -> Option<Result<Box<dyn Intersector>, BackendError>> {
+        let built = Embree::on(self.device.clone(), shapes, Some(&self.parts), threads);
+        Some(built.map(|embree| Box::new(embree) as Box<dyn Intersector>))
+    }
+}
+
+impl Part {
+    fn build(device: &Device, mesh: Arc<Mesh>, threads: usize) -> Result<Part, BackendError> {
+        let before = device.memory();
+        let mut scene = device.scene()?;
+        attach_mesh(device, &mut scene, 0, &mesh)?;
+        device.commit(&mut scene, threads)?;
+        Ok(Part { mesh, scene, bytes: device.memory().saturating_sub(before) })
     }
 }
 
@@ -122,6 +183,15 @@ fn attach_mesh(device: &Device, scene: &mut Scene, id: u32, mesh: &Mesh) -> Resu
             fill(device, geometry, ffi::RTC_BUFFER_TYPE_VERTEX, ffi::RTC_FORMAT_FLOAT3, vertices)?;
             fill(device, geometry, ffi::RTC_BUFFER_TYPE_INDEX, ffi::RTC_FORMAT_UINT3, mesh.triangles.iter().copied())
         }
+    })
+}
+
+/// Puts a committed scene into another, where it is: the identity leaves rays and hits as they are, bit for bit.
+fn attach_scene(device: &Device, scene: &mut Scene, id: u32, part: &Scene) -> Result<(), BackendError> {
+    device.attach(scene, ffi::RTC_GEOMETRY_TYPE_INSTANCE, id, |geometry| {
+        // SAFETY: a live instance geometry and a committed scene of the same device, to which it keeps its own reference.
+        unsafe { ffi::rtcSetGeometryInstancedScene(geometry, part.raw()) };
+        Ok(())
     })
 }
 

@@ -52,7 +52,8 @@ pub(super) unsafe fn closest(scene: ffi::RTCScene, r: &Ray) -> Option<Hit> {
         t: query.ray.tfar,
         u: hit.u,
         v: hit.v,
-        shape: hit.geomID,
+        // Of a mesh with a scene of its own, where it stands in the other.
+        shape: if hit.instID[0] == ffi::INVALID_GEOMETRY { hit.geomID } else { hit.instID[0] },
         primitive: hit.primID,
     })
 }

@@ -65,6 +65,9 @@ unsafe extern "C" fn intersect(args: *const ffi::RTCIntersectFunctionNArguments)
         query.hit.v = 0.0;
         query.hit.geomID = args.geomID;
         query.hit.primID = args.primID;
+        // Asked of each callback; now Embree comes to the meshes with scenes of their own after all spheres.
+        // SAFETY: the context of this query.
+        query.hit.instID = unsafe { (*args.context).instID };
     }
 }
 

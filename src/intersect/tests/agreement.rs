@@ -7,7 +7,7 @@ use crate::intersect::{Comparison, compare};
 
 const RAYS: u32 = 200_000;
 
-fn both(shapes: &[Shape], scale: f32, offset: Vec3) -> Comparison {
+fn both(shapes: &[Shape], kind: Build, scale: f32, offset: Vec3) -> Comparison {
     let mut random = Random::new(32);
     let rays: Vec<Ray> = (0..RAYS)
         .map(|i| {
@@ -20,8 +20,8 @@ fn both(shapes: &[Shape], scale: f32, offset: Vec3) -> Comparison {
             }
         })
         .collect();
-    let embree = build(Backend::Embree, shapes, 1).unwrap();
-    let obvhs = build(Backend::Obvhs, shapes, 1).unwrap();
+    let embree = build(Backend::Embree, shapes, kind, 1).unwrap();
+    let obvhs = build(Backend::Obvhs, shapes, Build::Static, 1).unwrap();
     compare(embree.as_ref(), obvhs.as_ref(), shapes, &rays)
 }
 
@@ -38,13 +38,16 @@ fn the_same_hits_but_within_a_rounding_of_an_edge() {
     for (scale, offset) in [(1.0, 0.0), (1e-4, 0.0), (1e4, 0.0), (1.0, 1e4)] {
         let offset = Vec3::new(1.0, 1.0, -1.0) * offset;
         let mut random = Random::new(31);
-        let mut shapes = vec![Shape::Mesh(soup(&mut random, 5000, 0.1, scale, offset))];
+        let mut shapes = vec![Shape::Mesh(soup(&mut random, 5000, 0.1, scale, offset).into())];
         for _ in 0..50 {
             let center = random.cube() * scale + offset;
             shapes.push(Shape::Sphere(Sphere { center, radius: random.between(0.01, 0.05) * scale }));
         }
-        judge(&both(&shapes, scale, offset), &format!("soup times {scale}, moved by {offset}"));
-        let closed = [Shape::Mesh(icosphere(4, 0.8 * scale, offset))];
-        judge(&both(&closed, scale, offset), &format!("closed mesh times {scale}, moved by {offset}"));
+        let closed = [Shape::Mesh(icosphere(4, 0.8 * scale, offset).into())];
+        for kind in [Build::Static, Build::Editable] {
+            let place = format!("times {scale}, moved by {offset}, {kind:?}");
+            judge(&both(&shapes, kind, scale, offset), &format!("soup {place}"));
+            judge(&both(&closed, kind, scale, offset), &format!("closed mesh {place}"));
+        }
     }
 }

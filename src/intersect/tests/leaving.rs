@@ -60,7 +60,7 @@ fn rays_never_find_the_triangle_they_leave() {
     let mut random = Random::new(11);
     let (mut left, mut found) = (0, Vec::new());
     for (size, offset, mesh) in scenes(100) {
-        let shapes = [Shape::Mesh(mesh)];
+        let shapes = [Shape::Mesh(mesh.into())];
         let Shape::Mesh(mesh) = &shapes[0] else { unreachable!() };
         for backend in backends(&shapes) {
             for triangle in 0..mesh.triangles.len() as u32 {
@@ -93,7 +93,7 @@ fn segments_between_triangles_are_not_blocked_by_their_ends() {
     let (mut tested, mut blocked) = (0, Vec::new());
     for (size, _, mesh) in scenes(200) {
         let count = mesh.triangles.len() as u32;
-        let shapes = [Shape::Mesh(mesh)];
+        let shapes = [Shape::Mesh(mesh.into())];
         let Shape::Mesh(mesh) = &shapes[0] else { unreachable!() };
         for backend in backends(&shapes) {
             for _ in 0..1000 {

@@ -5,15 +5,16 @@ mod build;
 mod leaving;
 mod watertight;
 
-use super::{Backend, Intersector, build};
+use super::{Backend, Build, Intersector, build};
 use crate::geometry::{Mesh, Ray, Shape};
 use crate::math::{Sampler, Stream};
 use glam::Vec3;
 
-/// Every backend of this build, over the same shapes.
+/// Every backend of this build, over the same shapes, the one that differs if it is editable so, too.
 fn backends(shapes: &[Shape]) -> Vec<Box<dyn Intersector>> {
-    let all: &[Backend] = if cfg!(feature = "embree") { &[Backend::Embree, Backend::Obvhs] } else { &[Backend::Obvhs] };
-    all.iter().map(|&b| build(b, shapes, 1).unwrap()).collect()
+    let embree = [(Backend::Embree, Build::Static), (Backend::Embree, Build::Editable)];
+    let all = embree.into_iter().filter(|_| cfg!(feature = "embree")).chain([(Backend::Obvhs, Build::Static)]);
+    all.map(|(backend, kind)| build(backend, shapes, kind, 1).unwrap()).collect()
 }
 
 /// Reproducible random numbers for geometry.

@@ -60,7 +60,7 @@ fn closed_meshes_do_not_leak() {
                 continue;
             }
             let mesh = icosphere(3, radius, center);
-            for backend in backends(&[Shape::Mesh(mesh.clone())]) {
+            for backend in backends(&[Shape::Mesh(mesh.clone().into())]) {
                 for aim in [Aim::Vertex, Aim::Edge, Aim::Anywhere] {
                     let rays = 20_000;
                     let leaks = leaks(backend.as_ref(), &mesh, radius, center, aim, rays);
