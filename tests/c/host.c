@@ -448,6 +448,17 @@ static void cameras(uint64_t before) {
     TRUE(render_hash(&desc) == before);
 }
 
+/* What is built for edits shows the same. */
+static void editable(uint64_t before) {
+    caustica_render_desc desc = request(4);
+    OK(caustica_scene_set_build(device, scene, CAUSTICA_BUILD_EDITABLE));
+    OK(caustica_scene_commit(device, scene, NULL));
+    TRUE(render_hash(&desc) == before);
+    OK(caustica_scene_set_build(device, scene, CAUSTICA_BUILD_STATIC));
+    OK(caustica_scene_commit(device, scene, NULL));
+    TRUE(render_hash(&desc) == before);
+}
+
 /* Where nothing is before the sky, alpha says so, and the light is missing. */
 static void transparent(void) {
     static float whole[30 * 40 * 4], through[30 * 40 * 4];
@@ -877,6 +888,7 @@ int main(void) {
     options(h);
     snapshots(h);
     cameras(h);
+    editable(h);
     hidden(h);
     transparent();
     views(h);
