@@ -199,7 +199,7 @@ mutation("progress: due as soon as a slow callback ends", "src/render/job.rs",
 mutation("progress: due at once after the first call", "src/render/job.rs",
          "Mutex::new((Instant::now(), 0.0f32))", "Mutex::new((start, 0.0f32))", ("job", "slow_callback"))
 mutation("commit: shapes of before, whatever there is now", "src/scene/world.rs",
-         "world.shapes_hash == hash.shapes && ", "", ("job", "a_commit_shares"))
+         "world.shape_hashes == hash.shapes", "!world.shape_hashes.is_empty()", ("job", "a_commit_shares"))
 
 # What one path may add.
 mutation("limit: what is left out is not told", "src/integrator/mod.rs",
