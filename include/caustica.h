@@ -307,6 +307,9 @@ typedef struct caustica_material_desc {
     uint32_t reserved;
     float texture_transform[6];                  /* two rows of three: (u', v') = M (u, v, 1) finds the texels of
                                                     all four; all 0: the identity */
+    float abbe_number;          /* dispersion: V_d = (n_d - 1) / (n_F - n_C), 20 to 95 for glasses, `ior` being n_d; 0: the
+                                   index is the same for all light. Not of thin dielectrics */
+    float abbe_number_outside;  /* dielectric: of the medium outside */
 } caustica_material_desc;
 
 /* Fills a descriptor, whose struct_size is set, with a model's defaults: white, smooth, index 1.5, no

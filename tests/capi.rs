@@ -189,7 +189,7 @@ fn both_sides_agree_on_layouts_and_constants() {
             struct_size, model, name, color, roughness, ior, ior_outside, absorption, absorption_outside, metallic,
             specular, specular_color, transmission, solid, emission, emission_two_sided, walked_roughness,
             color_texture, metallic_roughness_texture, emission_texture, normal_texture, normal_scale, reserved,
-            texture_transform
+            texture_transform, abbe_number, abbe_number_outside
         }
         caustica_environment_desc = capi::environment::EnvironmentDesc {
             struct_size, width, height, radiance, pixels, pixel_stride, path, transform
@@ -329,7 +329,7 @@ fn minimal_scene() -> Description {
         walked_roughness: WALKED_ROUGHNESS,
     };
     let glass = Scattering::Dielectric {
-        inside: Medium { ior: 1.5, absorption: Rgb::ZERO },
+        inside: Medium::new(1.5, Rgb::ZERO),
         outside: Medium::VACUUM,
         roughness: 0.0,
         tint: Rgb::ONE,

@@ -67,6 +67,16 @@ fn ball() {
 
 /// A part of the frame has other light subpaths and weights. Path tracing has the same bits there as in the whole
 /// (`job.rs`); light tracing, which misses what is behind glass, is held against itself.
+/// Each path has its colour once, however its dispersive parts are shared between the subpaths.
+#[test]
+fn dispersive_ball() {
+    let mut b = under_a_lamp(1.5);
+    let inside = Medium { abbe: 15.0, ..Medium::new(1.5, Rgb::ZERO) };
+    let glass = b.material(Scattering::Dielectric { inside, outside: Medium::VACUUM, roughness: 0.0, tint: Rgb::ONE });
+    b.sphere(DVec3::new(0.0, 0.6, 0.0), 0.5, glass);
+    agree("dispersive ball", &b, 256, 64);
+}
+
 #[test]
 fn a_region_is_that_part_of_the_whole() {
     let mut b = under_a_lamp(1.5);
@@ -178,8 +188,8 @@ fn endless_ink_hides_the_sky() {
     let white = b.diffuse(0.6);
     b.quad(Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0, white);
     let bubble = b.material(Scattering::Dielectric {
-        inside: Medium { ior: 1.0, absorption: Rgb::ZERO },
-        outside: Medium { ior: 1.33, absorption: Rgb::new(0.5, 1.0, 2.0) },
+        inside: Medium::new(1.0, Rgb::ZERO),
+        outside: Medium::new(1.33, Rgb::new(0.5, 1.0, 2.0)),
         roughness: 0.0,
         tint: Rgb::ONE,
     });
@@ -197,8 +207,8 @@ fn rough_mesh_with_a_smooth_core() {
     let mut b = under_a_lamp(1.5);
     let glass = b.walked_glass(1.5, 0.5);
     let water = b.material(Scattering::Dielectric {
-        inside: Medium { ior: 1.33, absorption: Rgb::new(0.9, 0.4, 0.1) },
-        outside: Medium { ior: 1.5, absorption: Rgb::ZERO },
+        inside: Medium::new(1.33, Rgb::new(0.9, 0.4, 0.1)),
+        outside: Medium::new(1.5, Rgb::ZERO),
         roughness: 0.0,
         tint: Rgb::ONE,
     });
@@ -248,11 +258,11 @@ fn rough_glass_is_evaluated_where_there_are_delta_lights() {
 #[test]
 fn absorbing_water_in_a_glass_ball() {
     let mut b = under_a_lamp(1.5);
-    let water = Medium { ior: 1.33, absorption: Rgb::new(0.9, 0.4, 0.1) };
+    let water = Medium::new(1.33, Rgb::new(0.9, 0.4, 0.1));
     let glass = b.glass(1.5, 0.0);
     let inner = b.material(Scattering::Dielectric {
         inside: water,
-        outside: Medium { ior: 1.5, absorption: Rgb::ZERO },
+        outside: Medium::new(1.5, Rgb::ZERO),
         roughness: 0.0,
         tint: Rgb::new(1.0, 0.9, 1.0),
     });

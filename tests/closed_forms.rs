@@ -178,7 +178,7 @@ fn absorption_on_both_segments() {
     let sigma = 0.25;
     let b = over_floor(|b| {
         let murky = b.material(Scattering::Dielectric {
-            inside: Medium { ior: 1.33, absorption: Rgb::splat(sigma as f32) },
+            inside: Medium::new(1.33, Rgb::splat(sigma as f32)),
             outside: Medium::VACUUM,
             roughness: 0.0,
             tint: Rgb::ONE,
@@ -201,7 +201,7 @@ fn slab_before_a_lamp() {
         let lamp = b.lamp(radiance as f32);
         b.quad(Vec3::new(-4.0, 0.5, -4.0), Vec3::Z * 8.0, Vec3::X * 8.0, lamp);
         let glass = b.material(Scattering::Dielectric {
-            inside: Medium { ior: n as f32, absorption: Rgb::splat(sigma as f32) },
+            inside: Medium::new(n as f32, Rgb::splat(sigma as f32)),
             outside: Medium::VACUUM,
             roughness: 0.0,
             tint: Rgb::ONE,

@@ -458,7 +458,7 @@ fn what_files_say_at_the_edge_of_what_is_allowed_is_taken() {
             specular_color: Rgb::splat(0.04),
             transmission,
             solid: true,
-            absorption: Rgb::ZERO,
+            ..MetallicRoughness::default()
         })
     };
     for (i, ior) in [0.0, 1000.0, f32::MAX].into_iter().enumerate() {

@@ -225,7 +225,7 @@ fn what_is_wrong_is_named() {
     assert!(error(&b).contains("textures.metallic_roughness is given; the metallic-roughness model"), "{}", error(&b));
     let mut b = floor(None);
     b.0.materials[0].scattering = Scattering::Dielectric {
-        inside: Medium { ior: 1.5, absorption: Rgb::ZERO },
+        inside: Medium::new(1.5, Rgb::ZERO),
         outside: Medium::VACUUM,
         roughness: 0.0,
         tint: Rgb::ONE,

@@ -117,7 +117,7 @@ impl FullPath<'_> {
         let (to_camera, to_light) = (self.edges[i - 1].2, self.edges[i].1);
         let plain = &self.bsdfs[self.world.shape_material[v.at.shape as usize] as usize];
         let walked = !std::ptr::eq(self.bsdfs, &self.world.bsdfs[..]);
-        let e = self.world.bsdf(plain, &v.at, walked, &mut None).evaluate(
+        let e = self.world.bsdf(plain, &v.at, walked, None, &mut None).evaluate(
             &v.at,
             to_camera,
             to_light,

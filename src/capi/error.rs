@@ -260,7 +260,7 @@ impl Origins {
 }
 
 /// What the structs of the header call the fields of a description, where that differs: (kind, ours, theirs).
-const FIELDS: [(&str, &str, &str); 18] = [
+const FIELDS: [(&str, &str, &str); 21] = [
     ("environment", "rotation", "transform"),
     ("instance", "transform.translation", "transform"),
     ("camera", "transform.translation", "transform"),
@@ -269,6 +269,9 @@ const FIELDS: [(&str, &str, &str); 18] = [
     ("material", "base_color", "color"),
     ("material", "inside.ior", "ior"),
     ("material", "inside.absorption", "absorption"),
+    ("material", "inside.abbe", "abbe_number"),
+    ("material", "outside.abbe", "abbe_number_outside"),
+    ("material", "abbe", "abbe_number"),
     ("material", "outside.ior", "ior_outside"),
     ("material", "outside.absorption", "absorption_outside"),
     ("material", "textures.color", "color_texture"),

@@ -74,6 +74,10 @@ pub struct MaterialDesc {
     pub reserved: u32,
     /// Two rows of three, from texture coordinates to the images; all 0 for the identity.
     pub texture_transform: [f32; 6],
+    /// How little the index varies over the spectrum; 0 where it does not.
+    pub abbe_number: f32,
+    /// Outside.
+    pub abbe_number_outside: f32,
 }
 
 /// The textures that a host has given a material.
@@ -89,7 +93,7 @@ struct Bound {
 // SAFETY: `repr(C)`, `u32` first, numbers and pointers only.
 unsafe impl Sized32 for MaterialDesc {
     const NAME: &'static str = "caustica_material_desc";
-    const FIRST_SIZE: usize = 176;
+    const FIRST_SIZE: usize = 184;
 }
 
 /// A material; lives as long as the host or an instance refers to it.
@@ -176,6 +180,8 @@ fn init(desc: OutStruct<MaterialDesc>, model: u32) -> Result<i32, Failure> {
         normal_scale: 1.0,
         reserved: 0,
         texture_transform: [0.0; 6],
+        abbe_number: 0.0,
+        abbe_number_outside: 0.0,
     });
     Ok(OK)
 }
@@ -253,8 +259,12 @@ fn convert(d: &MaterialDesc, name: &str) -> Result<description::Material, Failur
     let solid = boolean("solid", d.solid)?;
     let scattering = match d.model {
         MATERIAL_DIELECTRIC => Scattering::Dielectric {
-            inside: Medium { ior, absorption },
-            outside: Medium { ior: or_default(d.ior_outside, 1.0), absorption: Rgb::from_array(d.absorption_outside) },
+            inside: Medium { ior, absorption, abbe: d.abbe_number },
+            outside: Medium {
+                ior: or_default(d.ior_outside, 1.0),
+                absorption: Rgb::from_array(d.absorption_outside),
+                abbe: d.abbe_number_outside,
+            },
             roughness: d.roughness,
             tint: color,
         },
@@ -270,6 +280,7 @@ fn convert(d: &MaterialDesc, name: &str) -> Result<description::Material, Failur
             transmission: d.transmission,
             solid,
             absorption,
+            abbe: d.abbe_number,
         }),
         _ => Scattering::Diffuse { reflectance: color },
     };

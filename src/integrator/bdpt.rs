@@ -76,6 +76,7 @@ pub(crate) fn from_camera<O: Observer>(
     observer: &mut O,
 ) {
     let number = view.number(pixel);
+    tracer.begin(seed, number, index);
     let stream = |kind| Sampler::new(seed, number, index, kind);
     let mut camera_numbers = stream(Stream::Camera);
     let camera = view.camera.sample(&mut camera_numbers);
@@ -113,7 +114,7 @@ pub(crate) fn from_camera<O: Observer>(
     }
 }
 
-/// The rest of it: light subpaths, joined with the camera subpath (s, t >= 2) and with the camera (t = 1).
+/// The rest of it, after the first part: light subpaths, joined with the camera subpath (s, t >= 2) and with the camera (t = 1).
 pub(crate) fn from_lights<O: Observer>(
     tracer: &mut Tracer,
     view: &View,

@@ -4,7 +4,7 @@
 use crate::camera::{Camera, Endpoint};
 use crate::math::Rgb;
 use crate::scatter::TransportMode;
-use crate::scene::World;
+use crate::scene::description::Medium;
 use crate::scene::media::MediumId;
 use crate::transport::Tracer;
 use glam::Vec3;
@@ -24,7 +24,7 @@ pub struct Feature {
 impl Feature {
     /// Of the camera subpath that was just traced.
     pub(super) fn of(tracer: &Tracer, camera: &Camera) -> Feature {
-        let (world, start) = (tracer.world, tracer.camera_medium);
+        let start = tracer.camera_medium;
         let depth = tracer.camera_hit.map(|p| camera.depth(p));
         let mut feature = Feature { depth, ..Feature::default() };
         let first = tracer.camera_vertices.first();
@@ -32,11 +32,15 @@ impl Feature {
         let until = first.map_or(u32::MAX, |vertex| vertex.segments);
         for hit in tracer.emitter_hits.iter().filter(|hit| hit.vertices == 0 && hit.segments <= until) {
             let normal = if let Endpoint::Surface(at) = &hit.light.at { at.ns } else { Vec3::ZERO };
-            feature.see(hit.value * color_scale(world, start, hit.medium), normal, hit.direction);
+            feature.see(hit.value * color_scale(tracer.media, start, hit.medium), normal, hit.direction);
         }
         if let Some(vertex) = first {
             let albedo = tracer.material(vertex, TransportMode::Radiance).albedo();
-            feature.see(vertex.beta * albedo * color_scale(world, start, vertex.medium), vertex.at.ns, vertex.wo);
+            feature.see(
+                vertex.beta * albedo * color_scale(tracer.media, start, vertex.medium),
+                vertex.at.ns,
+                vertex.wo,
+            );
         }
         feature
     }
@@ -52,7 +56,7 @@ impl Feature {
 
 /// The throughput of radiance between two media to that of colour: radiance over the squared index is what refraction
 /// keeps.
-pub(super) fn color_scale(world: &World, start: MediumId, end: MediumId) -> f32 {
-    let [start, end] = [start, end].map(|medium| world.media[medium as usize].ior);
+pub(super) fn color_scale(media: &[Medium], start: MediumId, end: MediumId) -> f32 {
+    let [start, end] = [start, end].map(|medium| media[medium as usize].ior);
     (end / start).powi(2)
 }

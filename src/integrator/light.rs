@@ -18,6 +18,7 @@ pub fn sample<O: Observer>(
     observer: &mut O,
 ) {
     let number = view.number(pixel);
+    tracer.begin(seed, number, index);
     let stream = |kind| Sampler::new(seed, number, index, kind);
     let longest = std::mem::replace(&mut tracer.max_depth, 1);
     let raster = view.raster(seed, pixel, index);

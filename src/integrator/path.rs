@@ -27,6 +27,7 @@ pub fn sample(
     out: &mut Sample,
 ) {
     let number = view.number(pixel);
+    tracer.begin(seed, number, index);
     let mut numbers = Sampler::new(seed, number, index, Stream::Camera);
     let mut connect_numbers = Sampler::new(seed, number, index, Stream::Connect);
     let raster = view.raster(seed, pixel, index);
@@ -46,6 +47,9 @@ pub fn sample(
     // Whether a connectable vertex came before, and a chain after one.
     let (mut seen, mut caustic) = (false, false);
 
+    // Whether the path met glass whose index varies over the spectrum.
+    let mut dispersed = false;
+
     let share = |caustic| if caustic || !caustics_only { 1.0 } else { 0.0 };
     for depth in 1..=tracer.max_depth {
         match depth {
@@ -62,10 +66,10 @@ pub fn sample(
                     beta *= world.transmittance(medium, f32::INFINITY);
                 }
                 if seeing {
-                    feature.see(beta * emitted * color_scale(world, start, medium), Vec3::ZERO, Vec3::ZERO);
+                    feature.see(beta * emitted * color_scale(tracer.media, start, medium), Vec3::ZERO, Vec3::ZERO);
                 }
                 let weight = sampled.map_or(1.0, |(pdf, _)| pdf as f64 / (pdf as f64 + densities.direct));
-                out.add(beta * emitted * weight as f32 * share(caustic), seen);
+                out.add(beta * emitted * weight as f32 * share(caustic) * tracer.color(dispersed), seen);
             }
             break;
         };
@@ -81,20 +85,21 @@ pub fn sample(
             let receiver = sampled.map_or(ray.origin, |(_, p)| p);
             if let Some((emitted, densities)) = world.lights.hit(&world.shapes, light, &at, wo, receiver) {
                 if seeing {
-                    feature.see(beta * emitted * color_scale(world, start, medium), at.ns, wo);
+                    feature.see(beta * emitted * color_scale(tracer.media, start, medium), at.ns, wo);
                 }
                 let weight = sampled.map_or(1.0, |(pdf, p)| {
                     let to_area = at.ng.dot(wo).abs() as f64 / (at.p - p).as_dvec3().length_squared();
                     let pdf_a = pdf as f64 * to_area;
                     pdf_a / (pdf_a + densities.direct)
                 });
-                out.add(beta * emitted * weight as f32 * share(caustic), seen);
+                out.add(beta * emitted * weight as f32 * share(caustic) * tracer.color(dispersed), seen);
             }
         }
+        dispersed |= tracer.disperses(hit.shape);
         let mut place = None;
         let bsdf = tracer.bsdf(&at, &mut place);
         if seeing && bsdf.connectable() {
-            feature.see(beta * bsdf.albedo() * color_scale(world, start, medium), at.ns, wo);
+            feature.see(beta * bsdf.albedo() * color_scale(tracer.media, start, medium), at.ns, wo);
             seeing = false;
         }
         if depth == tracer.max_depth {
@@ -122,7 +127,13 @@ pub fn sample(
                         }
                         let d = &light.densities;
                         let hit_density = if d.hittable { scattering.pdf as f64 * to_light } else { 0.0 };
-                        out.add(value * (d.direct / (d.direct + hit_density)) as f32 * share(caustic), true);
+                        out.add(
+                            value
+                                * (d.direct / (d.direct + hit_density)) as f32
+                                * share(caustic)
+                                * tracer.color(dispersed),
+                            true,
+                        );
                     }
                 }
             }
@@ -135,10 +146,10 @@ pub fn sample(
         caustic |= seen && !next.connectable;
         seen |= next.connectable;
         if let Some(boundary) = world.boundary(hit.shape).filter(|_| next.transmitted) {
-            let before = world.media[medium as usize].ior;
+            let before = tracer.media[medium as usize].ior;
             medium = boundary.medium_toward(&at, next.wi);
             // Roulette goes by radiance over n², or paths would die of entering glass.
-            roulette *= (world.media[medium as usize].ior / before).powi(2);
+            roulette *= (tracer.media[medium as usize].ior / before).powi(2);
         }
         if depth > ROULETTE_FREE_EVENTS {
             let survival = roulette.max_element().clamp(0.05, 1.0);

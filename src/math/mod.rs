@@ -1,4 +1,4 @@
-//! Numbers without a scene: frames, warps, discrete distributions, the random number stream, a hash, a transfer function.
+//! Numbers without a scene: frames, warps, discrete distributions, the random number stream, a hash, a transfer function, the spectrum.
 
 #[cfg(test)]
 pub(crate) mod chi_square;
@@ -6,13 +6,14 @@ pub mod distribution;
 pub mod frame;
 pub mod hash;
 pub mod sampler;
+pub mod spectrum;
 pub mod srgb;
 pub mod warp;
 
 pub use distribution::Discrete;
 pub use frame::Frame;
 pub use hash::Fnv;
-pub use sampler::{Sampler, Stream, mix, pixel_position};
+pub use sampler::{Sampler, Stream, mix, pixel_position, stratum};
 
 /// Three channels, linear Rec. 709 unless a file's metadata says otherwise.
 pub type Rgb = glam::Vec3;

@@ -123,9 +123,35 @@ pub fn pixel_position(seed: u64, pixel: u32, sample: u32) -> Vec2 {
     Vec2::new(coordinate(shift, STEP[0]), coordinate(shift >> 32, STEP[1]))
 }
 
+/// One of `n` for a sample: each as often as any other over the samples of a pixel, and evenly over successive ones, by the
+/// multiples of the golden ratio, shifted at random for each pixel.
+#[inline]
+pub fn stratum(seed: u64, pixel: u32, sample: u32, n: u32) -> u32 {
+    // 2^32 over the golden ratio.
+    const STEP: u32 = 2_654_435_769;
+    let shift = mix(mix(seed ^ GOLDEN.rotate_left(32)).wrapping_add(pixel as u64));
+    let x = (shift as u32).wrapping_add(sample.wrapping_mul(STEP));
+    ((u64::from(x) * u64::from(n)) >> 32) as u32
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn strata_are_even_over_samples_and_over_pixels() {
+        const N: u32 = 64;
+        let count = |of: &mut dyn Iterator<Item = u32>| {
+            let mut counts = [0u32; N as usize];
+            of.for_each(|i| counts[i as usize] += 1);
+            counts
+        };
+        let over_samples = count(&mut (0..N * 16).map(|sample| stratum(3, 5, sample, N)));
+        assert!(over_samples.iter().all(|&n| (14..=18).contains(&n)), "{over_samples:?}");
+        let over_pixels = count(&mut (0..N * 400).map(|pixel| stratum(3, pixel, 7, N)));
+        // Standard deviation 20; 5 of them.
+        assert!(over_pixels.iter().all(|&n| (300..=500).contains(&n)), "{over_pixels:?}");
+    }
 
     #[test]
     fn neighbouring_keys_give_uncorrelated_uniform_numbers() {

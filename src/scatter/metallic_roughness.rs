@@ -32,7 +32,7 @@ const MIN_IMPORTANCE: f32 = 0.25;
 /// What is inside and outside, if the material is the boundary of a solid.
 pub(super) fn media(m: &MetallicRoughness) -> Option<(Medium, Medium)> {
     let refracts = m.solid && m.transmission > 0.0 && m.metallic < 1.0;
-    refracts.then_some((Medium { ior: m.ior, absorption: m.absorption }, Medium::VACUUM))
+    refracts.then_some((Medium { ior: m.ior, absorption: m.absorption, abbe: m.abbe }, Medium::VACUUM))
 }
 
 /// The lobes.

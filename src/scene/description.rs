@@ -213,15 +213,23 @@ impl Scattering {
 /// A homogeneous medium that refracts and may absorb.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Medium {
-    /// Refractive index relative to vacuum, at least 1.
+    /// Refractive index relative to vacuum, at least 1; of the yellow helium line, 587.56 nm, if it varies.
     pub ior: f32,
     /// Absorption coefficient, 1/m.
     pub absorption: Rgb,
+    /// The Abbe number `V_d = (n_d - 1) / (n_F - n_C)`, how little the index varies over the spectrum: 20 to 95 for glasses;
+    /// 0 where it does not.
+    pub abbe: f32,
 }
 
 impl Medium {
     /// Index 1, no absorption.
-    pub const VACUUM: Medium = Medium { ior: 1.0, absorption: Rgb::ZERO };
+    pub const VACUUM: Medium = Medium::new(1.0, Rgb::ZERO);
+
+    /// Of the same index for all light.
+    pub const fn new(ior: f32, absorption: Rgb) -> Medium {
+        Medium { ior, absorption, abbe: 0.0 }
+    }
 }
 
 /// Parameters of the glTF material, Khronos glTF 2.0 specification, appendix B.
@@ -245,6 +253,8 @@ pub struct MetallicRoughness {
     pub solid: bool,
     /// Absorption coefficient of the solid, 1/m; of no effect in a thin sheet.
     pub absorption: Rgb,
+    /// Of the solid, see [`Medium::abbe`].
+    pub abbe: f32,
 }
 
 impl Default for MetallicRoughness {
@@ -260,6 +270,7 @@ impl Default for MetallicRoughness {
             transmission: 0.0,
             solid: false,
             absorption: Rgb::ZERO,
+            abbe: 0.0,
         }
     }
 }

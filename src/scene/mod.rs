@@ -7,6 +7,7 @@ pub mod media;
 mod place;
 mod rebase;
 mod solid;
+pub mod spectrum;
 mod textured;
 mod validate;
 pub mod world;

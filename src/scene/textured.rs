@@ -21,10 +21,12 @@ pub(super) struct Textured {
 }
 
 impl Textured {
-    /// The material at a point of the `placed` mesh; as walks see it, if `walked`.
+    /// The material at a point of the `placed` mesh, in light of one wavelength, if that is given; as walks see it, if
+    /// `walked`.
     #[inline(never)]
-    pub(super) fn bsdf(&self, placed: &Mesh, at: &SurfacePoint, walked: bool) -> Bsdf {
-        let bsdf = Bsdf::new(&scattering(&self.material, self.coordinates(placed, at)));
+    pub(super) fn bsdf(&self, placed: &Mesh, at: &SurfacePoint, walked: bool, wavelength: Option<f64>) -> Bsdf {
+        let scattering = scattering(&self.material, self.coordinates(placed, at));
+        let bsdf = Bsdf::new(&wavelength.map_or(scattering, |wavelength| scattering.at(wavelength)));
         if !walked {
             return bsdf;
         }

@@ -198,8 +198,10 @@ fn validate_mesh(object: &Object, mesh: &MeshDescription) -> Result<(), SceneErr
 }
 
 fn validate_scattering(object: &Object, scattering: &Scattering) -> Result<(), SceneError> {
+    let abbe = |field: &str, abbe: f32| if abbe == 0.0 { Ok(()) } else { object.range(field, abbe.into(), 1.0, 1e6) };
     let medium = |side: &str, m: &Medium| {
         object.range(&format!("{side}.ior"), m.ior as f64, 1.0, 10.0)?;
+        abbe(&format!("{side}.abbe"), m.abbe)?;
         object.color(&format!("{side}.absorption"), m.absorption, f32::MAX)
     };
     match scattering {
@@ -230,6 +232,7 @@ fn validate_scattering(object: &Object, scattering: &Scattering) -> Result<(), S
             // KHR_materials_specular allows colours above 1; the reflectance is clamped to 1 there.
             object.color("specular_color", m.specular_color, f32::MAX)?;
             object.range("transmission", m.transmission as f64, 0.0, 1.0)?;
+            abbe("abbe", m.abbe)?;
             object.color("absorption", m.absorption, f32::MAX)
         }
     }

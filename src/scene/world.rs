@@ -1,9 +1,10 @@
 //! The committed scene: immutable, shared by renders.
 
-use super::description::{self, Description, Geometry, Medium};
+use super::description::{self, Description, Geometry, Material, Medium};
 use super::glass::Glass;
 use super::media::{Boundary, LightMedia, boundary};
 use super::place::{self, bounding_sphere, place, reserve};
+use super::spectrum::Spectrum;
 use super::textured::{self, Textured, textured};
 use super::{SceneError, Warning, fingerprint, rebase, validate};
 use crate::emitter::{Lights, MOST_LIGHTS};
@@ -81,6 +82,8 @@ pub struct World {
     pub glass: Glass,
     /// With rough ones; `None` if there are none, and where there are delta lights.
     pub walked: Option<Walked>,
+    /// If the index of some glass varies over the spectrum.
+    pub spectrum: Option<Spectrum>,
     /// What is switched on.
     pub requirements: Requirements,
     /// Where the world's origin lies in the description's space: 0, unless the scene is so far from
@@ -176,11 +179,12 @@ impl World {
         let glass = Glass::new(&shapes, &shape_material, &bsdfs)?;
         let delta_lights = description.lights.iter().any(|l| l.kind.emits());
         // What the camera sees of a delta light through frosted glass, only evaluation finds.
-        let walked = walked(description, &bsdfs).filter(|_| !delta_lights);
+        let walked = walked(&description.materials, &bsdfs).filter(|_| !delta_lights);
         let walked = match walked {
             Some(bsdfs) => Some(Walked { glass: Glass::new(&shapes, &shape_material, &bsdfs)?, bsdfs }),
             None => None,
         };
+        let spectrum = Spectrum::new(&description.materials, &media, walked.is_some());
         let some_glass = !walked.as_ref().map_or(&glass, |w| &w.glass).bodies().is_empty();
         let requirements = Requirements {
             caustics: some_glass && !lights.is_empty(),
@@ -204,6 +208,7 @@ impl World {
             cameras: description.cameras.clone(),
             glass,
             walked,
+            spectrum,
             requirements,
             origin,
             bounds,
@@ -262,15 +267,22 @@ impl World {
         at
     }
 
-    /// The material at a point: `plain`, or one that is made at `place` where there are textures. With the rough refraction
-    /// that walks lead through, if `walked`.
+    /// The material at a point: `plain`, or one that is made at `place` where there are textures, in light of one wavelength,
+    /// if that is given. With the rough refraction that walks lead through, if `walked`.
     #[inline]
-    pub fn bsdf<'a>(&self, plain: &'a Bsdf, at: &SurfacePoint, walked: bool, place: &'a mut Option<Bsdf>) -> &'a Bsdf {
+    pub fn bsdf<'a>(
+        &self,
+        plain: &'a Bsdf,
+        at: &SurfacePoint,
+        walked: bool,
+        wavelength: Option<f64>,
+        place: &'a mut Option<Bsdf>,
+    ) -> &'a Bsdf {
         if let Some(Some(textured)) = self.textured.get(at.shape as usize)
             && textured.scatters()
             && let Shape::Mesh(mesh) = &self.shapes[at.shape as usize]
         {
-            return place.insert(textured.bsdf(mesh, at, walked));
+            return place.insert(textured.bsdf(mesh, at, walked, wavelength));
         }
         plain
     }
@@ -284,9 +296,9 @@ fn backend(error: BackendError) -> SceneError {
 }
 
 /// The materials for caustic connections, if some of them have rough refraction to walk through.
-fn walked(description: &Description, bsdfs: &[Bsdf]) -> Option<Vec<Bsdf>> {
+pub(super) fn walked(materials: &[Material], bsdfs: &[Bsdf]) -> Option<Vec<Bsdf>> {
     let mut any = false;
-    let walked = description.materials.iter().zip(bsdfs).map(|(material, bsdf)| {
+    let walked = materials.iter().zip(bsdfs).map(|(material, bsdf)| {
         let walked = bsdf.walked(material.walked_roughness);
         any |= walked.is_some();
         walked.unwrap_or_else(|| bsdf.clone())

@@ -166,7 +166,7 @@ impl Tracer<'_> {
         let (world, a) = (self.world, &self.camera_vertices[index]);
         let light = self.lights.sample_direct(&world.shapes, a.at.p, u_light, u)?;
         let scattering = self.evaluate(a, light.wi, TransportMode::Radiance);
-        let mut value = a.beta * scattering.f * a.cos_s(light.wi) * light.incident;
+        let mut value = a.beta * scattering.f * a.cos_s(light.wi) * light.incident * self.color(a.dispersed);
         if !(value.max_element() > 0.0) {
             return None;
         }
@@ -236,7 +236,7 @@ impl Tracer<'_> {
         let cos_a = a.cos_g(w) as f64 / d2;
         let cos_b = b.cos_g(w) as f64 / d2;
         let geometry = a.cos_s(w) * cos_b as f32 * b.incident_adjoint();
-        let mut value = a.beta * at_a.f * at_b.f * b.beta * geometry;
+        let mut value = a.beta * at_a.f * at_b.f * b.beta * geometry * self.color(a.dispersed || b.dispersed);
         if !(value.max_element() > 0.0) {
             return None;
         }
@@ -284,7 +284,7 @@ impl Tracer<'_> {
         let seen = camera.connect(b.at.p)?;
         let scattering = self.evaluate(b, seen.wi, TransportMode::Importance);
         let forward = seen.density * b.cos_g(seen.wi) as f64;
-        let mut value = b.beta * scattering.f * (forward as f32 * b.incident_adjoint());
+        let mut value = b.beta * scattering.f * (forward as f32 * b.incident_adjoint()) * self.color(b.dispersed);
         if !(value.max_element() > 0.0) {
             return None;
         }
@@ -298,6 +298,11 @@ impl Tracer<'_> {
         let camera_only = weight * forward * b.camera_only.at(scattering.pdf_reverse as f64) / number;
         let joined = Joined { raster: seen.raster, ..Joined::regular(value, weight, camera_only) };
         Some((joined, Ray::to_point(&b.at, seen.target)))
+    }
+
+    /// Whether the index of some glass along it varies.
+    fn chain_disperses(&self, chain: &CausticEdge) -> bool {
+        chain.shapes[..chain.len].iter().any(|&shape| self.disperses(shape))
     }
 
     /// Next-event estimation through glass: manifold next-event estimation (Hanika et al. 2015).
@@ -314,7 +319,8 @@ impl Tracer<'_> {
         let emitted = self.lights.emitted(&world.shapes, light, &at, chain.last);
         let scattering = self.evaluate(a, chain.first, TransportMode::Radiance);
         let radiance = emitted * chain.transmittance * chain.index_ratio as f32;
-        let value = a.beta * scattering.f * a.cos_s(chain.first) * radiance;
+        let color = self.color(a.dispersed || self.chain_disperses(chain));
+        let value = a.beta * scattering.f * a.cos_s(chain.first) * radiance * color;
         if !(value.max_element() > 0.0) {
             return None;
         }
@@ -342,7 +348,8 @@ impl Tracer<'_> {
         let at_a = self.evaluate(a, chain.first, TransportMode::Radiance);
         let at_b = self.evaluate(b, chain.last, TransportMode::Importance);
         let geometry = a.cos_s(chain.first) * b.incident_adjoint() * chain.index_ratio as f32;
-        let value = a.beta * at_a.f * chain.transmittance * at_b.f * b.beta * geometry;
+        let color = self.color(a.dispersed || b.dispersed || self.chain_disperses(chain));
+        let value = a.beta * at_a.f * chain.transmittance * at_b.f * b.beta * geometry * color;
         if !(value.max_element() > 0.0) {
             return;
         }
@@ -367,7 +374,8 @@ impl Tracer<'_> {
         let density = camera.density(chain.first, 1.0);
         let at_b = self.evaluate(b, chain.last, TransportMode::Importance);
         let scale = density as f32 * b.incident_adjoint() * chain.index_ratio as f32;
-        let value = chain.transmittance * at_b.f * b.beta * scale;
+        let color = self.color(b.dispersed || self.chain_disperses(chain));
+        let value = chain.transmittance * at_b.f * b.beta * scale * color;
         if !(value.max_element() > 0.0) {
             return;
         }

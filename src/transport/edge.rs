@@ -10,7 +10,7 @@ use super::weight::{MacroEdge, Partial};
 use crate::camera::Endpoint;
 use crate::manifold::MAX_CHAIN;
 use crate::scatter::TransportMode;
-use crate::scene::World;
+use crate::scene::description::Medium;
 use crate::scene::media::MediumId;
 use glam::Vec3;
 
@@ -83,7 +83,7 @@ impl OpenEdge {
     /// `cos_end` is 1 and `end` infinite for the environment.
     fn densities(
         &self,
-        world: &World,
+        media: &[Medium],
         term: GeometryTerm,
         mode: TransportMode,
         end: &EdgeEnd,
@@ -115,7 +115,7 @@ impl OpenEdge {
         // across the chain counts 1/J instead. What remains is the étendue identity
         // n_b² cos_b J_ba = n_a² kappa cos_a J_ab.
         let index_squared = |m: MediumId| match term {
-            GeometryTerm::Exact => (world.media[m as usize].ior as f64).powi(2),
+            GeometryTerm::Exact => (media[m as usize].ior as f64).powi(2),
             GeometryTerm::Direct => 1.0,
         };
         let (start, here) = (index_squared(self.medium), index_squared(end.medium));
@@ -210,7 +210,7 @@ impl Tracer<'_> {
             (technique, sure) = self.confirm_edge(edge, walk, end, at, wo);
         }
         let (forward, reverse_geometry, mut record) =
-            edge.densities(self.world, self.options.geometry_term, walk.mode, end);
+            edge.densities(self.media, self.options.geometry_term, walk.mode, end);
         (record.technique, record.sure) = (technique, sure);
         let (remainder, camera_only) = (edge.remainder, edge.camera_only);
         let (edge, camera_only) = match (&edge.departure, &self.light_start) {

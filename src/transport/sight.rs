@@ -116,7 +116,7 @@ impl Tracer<'_> {
             };
             let before = boundary.medium_toward(&at, -ray.direction);
             let after = boundary.medium_toward(&at, ray.direction);
-            let index = |m: MediumId| f64::from(world.media[m as usize].ior);
+            let index = |m: MediumId| f64::from(self.media[m as usize].ior);
             let seen = seen.get_or_insert_with(Box::default);
             let crossing = Crossing {
                 interface: hit.shape,

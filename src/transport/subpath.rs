@@ -17,11 +17,13 @@ use crate::emitter::{EmissionSample, Lights};
 use crate::geometry::ray::segment;
 use crate::geometry::{Aim, Ray, SurfacePoint};
 use crate::manifold::MAX_CHAIN;
-use crate::math::{Rgb, Sampler, Stream};
+use crate::math::{Rgb, Sampler, Stream, stratum};
 use crate::scatter::{Bsdf, Microfacet, TransportMode};
 use crate::scene::World;
+use crate::scene::description::Medium;
 use crate::scene::glass::Glass;
 use crate::scene::media::MediumId;
+use crate::scene::spectrum::Band;
 use glam::Vec3;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -92,8 +94,12 @@ pub struct Tracer<'w> {
     pub lights: Arc<Lights>,
     /// Where light subpaths are sent from surfaces, and how often, by shape.
     pub aim: Option<Aim>,
-    /// Compiled materials, as this tracer sees them.
+    /// Compiled materials, as this tracer sees them in this sample.
     bsdfs: &'w [Bsdf],
+    /// Media, likewise.
+    pub media: &'w [Medium],
+    /// In light of what band, if it matters.
+    band: Option<&'w Band>,
     /// Whether these are those of [`World::walked`].
     walked: bool,
     /// Materials made for the vertices of the camera subpath, and of the light subpath.
@@ -148,6 +154,8 @@ pub(super) struct Walk<'c> {
     pub(super) plain: f64,
     /// Whether it went on otherwise than by a mirror or through smooth glass.
     pub(super) scattered: bool,
+    /// Whether it met glass whose index varies.
+    pub(super) dispersed: bool,
 }
 
 impl<'w> Tracer<'w> {
@@ -170,6 +178,8 @@ impl<'w> Tracer<'w> {
             lights: world.lights.clone(),
             aim: None,
             bsdfs: &world.bsdfs,
+            media: &world.media,
+            band: None,
             walked: false,
             made: [Vec::new(), Vec::new()],
             glass: &world.glass,
@@ -197,6 +207,35 @@ impl<'w> Tracer<'w> {
         }
     }
 
+    /// Begins a sample: from here on the scene is seen in light of its band, if there is glass whose index varies.
+    #[inline]
+    pub fn begin(&mut self, seed: u64, pixel: u32, sample: u32) {
+        if let Some(spectrum) = &self.world.spectrum {
+            let band = stratum(seed, pixel, sample, spectrum.bands.len() as u32);
+            self.see_in(&spectrum.bands[band as usize]);
+        }
+    }
+
+    /// In light of that band.
+    pub fn see_in(&mut self, band: &'w Band) {
+        self.bsdfs = band.walked.as_ref().filter(|_| self.walked).unwrap_or(&band.bsdfs);
+        self.media = &band.media;
+        self.band = Some(band);
+    }
+
+    /// Whether the index of a shape's glass varies.
+    #[inline]
+    pub(crate) fn disperses(&self, shape: u32) -> bool {
+        let Some(spectrum) = &self.world.spectrum else { return false };
+        spectrum.dispersive[self.world.shape_material[shape as usize] as usize]
+    }
+
+    /// The colour of a path that met such glass, or not: what is `dispersed` is light of one band.
+    #[inline]
+    pub fn color(&self, dispersed: bool) -> Rgb {
+        self.band.filter(|_| dispersed).map_or(Rgb::ONE, |band| band.color)
+    }
+
     /// The compiled material of a shape; of one with textures, its factors.
     #[inline]
     pub fn factors(&self, shape: u32) -> &'w Bsdf {
@@ -209,7 +248,8 @@ impl<'w> Tracer<'w> {
     where
         'w: 'a,
     {
-        self.world.bsdf(self.factors(at.shape), at, self.walked, place)
+        let wavelength = self.band.map(|band| band.wavelength);
+        self.world.bsdf(self.factors(at.shape), at, self.walked, wavelength, place)
     }
 
     /// The material at a vertex of a subpath.
@@ -251,6 +291,7 @@ impl<'w> Tracer<'w> {
             roulette: Rgb::ONE,
             plain: 1.0,
             scattered: false,
+            dispersed: false,
         };
         self.walk(walk, edge, sampler);
     }
@@ -298,6 +339,7 @@ impl<'w> Tracer<'w> {
             roulette: Rgb::ONE,
             plain: sample.plain,
             scattered: false,
+            dispersed: false,
         };
         self.walk(walk, edge, sampler);
     }
@@ -361,6 +403,7 @@ impl<'w> Tracer<'w> {
             {
                 self.hit_light(&walk, &mut edge, &mut end, light, &at, wo);
             }
+            walk.dispersed |= self.disperses(hit.shape);
             let mut made = None;
             let bsdf = self.bsdf(&at, &mut made);
             if bsdf.connectable() {
@@ -388,6 +431,7 @@ impl<'w> Tracer<'w> {
                     edge: record,
                     first: !matches!(edge.departure, Departure::Vertex { .. }),
                     passed: false,
+                    dispersed: walk.dispersed,
                 };
                 match walk.mode {
                     TransportMode::Radiance => self.camera_vertices.push(vertex),
@@ -423,10 +467,10 @@ impl<'w> Tracer<'w> {
                 walk.roulette *= adjoint;
             }
             if let Some(boundary) = world.boundary(hit.shape).filter(|_| sample.transmitted) {
-                let before = world.media[walk.medium as usize].ior;
+                let before = self.media[walk.medium as usize].ior;
                 walk.medium = boundary.medium_toward(&at, wi);
                 if walk.mode == TransportMode::Radiance {
-                    let ratio = world.media[walk.medium as usize].ior / before;
+                    let ratio = self.media[walk.medium as usize].ior / before;
                     walk.roulette *= ratio * ratio;
                 }
             }
@@ -563,7 +607,7 @@ impl<'w> Tracer<'w> {
             _ => 0,
         };
         self.emitter_hits.push(EmitterHit {
-            value: walk.beta * radiance,
+            value: walk.beta * radiance * self.color(walk.dispersed),
             weight,
             camera_only,
             segments: walk.segments,

@@ -43,6 +43,8 @@ pub struct Vertex {
     /// Whether the subpath went on from here by a lobe that is not connectable: then this is a vertex of the
     /// paths that are joined here, and none of those that go further.
     pub passed: bool,
+    /// Whether the subpath met glass whose index varies over the spectrum, here or before.
+    pub dispersed: bool,
 }
 
 /// The vertices of the path that ends at the last of these.

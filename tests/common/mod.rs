@@ -27,7 +27,7 @@ impl Builder {
 
     pub(crate) fn glass(&mut self, ior: f32, roughness: f32) -> usize {
         self.material(Scattering::Dielectric {
-            inside: Medium { ior, absorption: Rgb::ZERO },
+            inside: Medium::new(ior, Rgb::ZERO),
             outside: Medium::VACUUM,
             roughness,
             tint: Rgb::ONE,
@@ -37,7 +37,7 @@ impl Builder {
     /// Smooth glass that absorbs, per metre.
     pub(crate) fn absorbing(&mut self, ior: f32, absorption: Rgb) -> usize {
         self.material(Scattering::Dielectric {
-            inside: Medium { ior, absorption },
+            inside: Medium::new(ior, absorption),
             outside: Medium::VACUUM,
             roughness: 0.0,
             tint: Rgb::ONE,

@@ -145,7 +145,7 @@ pub fn rough_glass() -> Builder {
         let clear = b.glass(1.5, 0.8);
         b.sphere(DVec3::new(-0.6, 0.75, 0.0), 0.5, clear);
         let absorbing = b.material(Scattering::Dielectric {
-            inside: Medium { ior: 1.3, absorption: Rgb::new(0.3, 0.9, 1.5) },
+            inside: Medium::new(1.3, Rgb::new(0.3, 0.9, 1.5)),
             outside: Medium::VACUUM,
             roughness: 0.9,
             tint: Rgb::ONE,
@@ -173,7 +173,7 @@ pub fn lamp_behind_rough_glass() -> Builder {
     b.quad(Vec3::new(-1.75, -0.5, -1.0), Vec3::Z * 3.0, Vec3::X * 3.5, floor);
     b.quad(Vec3::new(-2.0, -0.25, -1.75), Vec3::X * 4.0, Vec3::Y * 2.5, lamp);
     let glass = b.material(Scattering::Dielectric {
-        inside: Medium { ior: 1.5, absorption: Rgb::new(0.1, 0.3, 0.5) },
+        inside: Medium::new(1.5, Rgb::new(0.1, 0.3, 0.5)),
         outside: Medium::VACUUM,
         roughness: 0.8,
         tint: Rgb::ONE,
@@ -188,7 +188,7 @@ pub fn lamp_behind_rough_glass() -> Builder {
 pub fn absorbing_glass() -> Builder {
     lit(wide_lamp, |b| {
         let glass = b.material(Scattering::Dielectric {
-            inside: Medium { ior: 1.5, absorption: Rgb::new(0.5, 1.0, 2.0) },
+            inside: Medium::new(1.5, Rgb::new(0.5, 1.0, 2.0)),
             outside: Medium::VACUUM,
             roughness: 0.0,
             tint: Rgb::new(1.0, 0.9, 0.8),

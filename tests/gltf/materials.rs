@@ -28,6 +28,7 @@ fn model(material: Value) -> MetallicRoughness {
 
 /// The values of the specification where a file says nothing.
 const DEFAULT: MetallicRoughness = MetallicRoughness {
+    abbe: 0.0,
     base_color: Rgb::ONE,
     metallic: 1.0,
     roughness: 1.0,
@@ -136,7 +137,7 @@ fn extras_name_the_medium_outside() {
     let Scattering::Dielectric { inside, outside, roughness, tint } = load(material).scattering else {
         panic!("expected a dielectric");
     };
-    assert_eq!(outside, Medium { ior: 1.25, absorption: Rgb::new(0.0, 0.5, 2.0) });
+    assert_eq!(outside, Medium::new(1.25, Rgb::new(0.0, 0.5, 2.0)));
     assert_eq!(inside.ior, 1.75);
     assert!((inside.absorption - Rgb::new(0.0, 0.0, 2f32.ln() / 4.0)).abs().max_element() < 1e-7);
     assert_eq!((roughness, tint), (0.25, Rgb::new(0.5, 0.75, 1.0)));
@@ -146,7 +147,7 @@ fn extras_name_the_medium_outside() {
     let Scattering::Dielectric { outside, .. } = load(material).scattering else {
         panic!("expected a dielectric");
     };
-    assert_eq!(outside, Medium { ior: 1.25, absorption: Rgb::ZERO });
+    assert_eq!(outside, Medium::new(1.25, Rgb::ZERO));
 
     // Without them, glass stays in the general model, and foreign extras are nobody's business.
     let mut material = glass();

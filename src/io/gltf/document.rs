@@ -7,8 +7,9 @@ use gltf::json::{self, Index, Root};
 use serde_json::Value;
 
 /// Extensions that are rendered.
-const SUPPORTED: [&str; 8] = [
+const SUPPORTED: [&str; 9] = [
     "KHR_lights_punctual",
+    "KHR_materials_dispersion",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_specular",

@@ -64,6 +64,14 @@ fn convert(
     let transmission = extensions.transmission.unwrap_or_default();
     let volume = extensions.volume.unwrap_or_default();
 
+    let dispersion = match extensions.others.get("KHR_materials_dispersion").and_then(|d| d.get("dispersion")) {
+        Some(value) => value
+            .as_f64()
+            .filter(|d| *d >= 0.0)
+            .ok_or_else(|| object.invalid("dispersion", value, "expected a number, not below 0"))?,
+        None => 0.0,
+    };
+
     let [r, g, b, _] = object.all_finite("baseColorFactor", pbr.base_color_factor.0)?.map(rounded_down);
     let solid = object.finite("thicknessFactor", volume.thickness_factor.0)? > 0.0;
     let model = MetallicRoughness {
@@ -79,6 +87,8 @@ fn convert(
         absorption: absorption(&volume, object)
             .or_else(|e| if solid { Err(e) } else { Ok(None) })?
             .unwrap_or(Rgb::ZERO),
+        // The extension's number is 20 over Abbe's. Beyond what is taken for one it makes no difference.
+        abbe: if dispersion * 1e6 > 20.0 { (20.0 / dispersion) as f32 } else { 0.0 },
     };
     if model.transmission > 0.0 && (model.specular, model.specular_color) != (1.0, Rgb::ONE) {
         let what = "specularFactor and specularColorFactor are ignored where light is transmitted";
@@ -218,10 +228,11 @@ fn with_exterior(
         return Err(object.invalid("thicknessFactor", 0, format!("{needs}: above 0")));
     }
     Ok(Scattering::Dielectric {
-        inside: Medium { ior: model.ior, absorption: model.absorption },
+        inside: Medium { ior: model.ior, absorption: model.absorption, abbe: model.abbe },
         outside: Medium {
             ior: object.finite("extras.caustica.exterior_ior", ior as f32)?,
             absorption: absorption.map_or(Rgb::ZERO, Rgb::from),
+            abbe: 0.0,
         },
         roughness: model.roughness,
         tint: model.base_color,

@@ -56,7 +56,7 @@ fn properties_follow_the_lobes() {
         let found = [b.connectable(), b.has_delta(), b.walked_refraction().is_some(), b.media().is_some()];
         assert_eq!(found, *expected, "row {i}");
     }
-    assert_eq!(compiled(solid).media(), Some((Medium { ior: 1.5, absorption }, Medium::VACUUM)));
+    assert_eq!(compiled(solid).media(), Some((Medium::new(1.5, absorption), Medium::VACUUM)));
 }
 
 #[test]

@@ -15,7 +15,7 @@ use crate::scene::description::MetallicRoughness;
 const MODES: [TransportMode; 2] = [TransportMode::Radiance, TransportMode::Importance];
 
 fn medium(ior: f32) -> Medium {
-    Medium { ior, absorption: Rgb::ZERO }
+    Medium::new(ior, Rgb::ZERO)
 }
 
 fn glass(ior: f32, roughness: f32) -> Scattering {
