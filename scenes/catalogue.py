@@ -1,13 +1,13 @@
 """The scenes. README.md says what each is for; numbers are here only."""
 
 from dataclasses import replace
-from math import acos, atan2, cos, exp, pi, sin, sqrt
+from math import acos, asin, atan2, cos, exp, pi, sin, sqrt
 
 from model import (Camera, Diffuse, Glass, Image, Object, PointLight, Scene, Sphere, SpotLight, Texture,
                    Vec3)
 from shapes import (add, arc, box, cross, disk, dot, hemisphere, icosphere, join, lathe, line,
                     liquid, lumps, normalize, part, rectangle, relief, scale, sphere, square, sub,
-                    tube, turned_box, waved_grid)
+                    tube, turned_box, upright, waved_grid)
 
 BLACK = (0.0, 0.0, 0.0)
 WHITE = Diffuse("white", (0.75, 0.75, 0.75))
@@ -408,6 +408,32 @@ def pane_sphere() -> Scene:
     ], [PointLight("point", (0.9, 2.4, -0.5), (11.0, 11.0, 11.0))])
 
 
+def prism() -> Scene:
+    """A prism of dense flint (SF11) and a ball of the same on a floor; a spot light that shines through the prism at the angle
+    of least deviation, and another one on the ball."""
+    flint = Glass("flint", 1.7847, abbe=25.76)
+    center, side = (-0.35, -0.35), 0.3
+    # Within it, light goes parallel to its base, turned by half the deviation.
+    turn = asin(1.7847 / 2) - pi / 6
+    along, across = (cos(turn), sin(turn)), (-sin(turn), cos(turn))
+    height = side * sqrt(3) / 2
+
+    def corner(u: float, v: float) -> tuple[float, float]:
+        """Of (z, x)."""
+        return (center[1] + along[1] * u + across[1] * v, center[0] + along[0] * u + across[0] * v)
+
+    corners = [corner(0.0, -height * 2 / 3), corner(side / 2, height / 3), corner(-side / 2, height / 3)]
+    # The middle of the side where light enters.
+    z, x = corner(-side / 4, -height / 6)
+    return Scene("prism", Camera((0.15, 1.3, 1.6), (0.12, 0.05, -0.08), 34.0), [
+        Object("floor", FLOOR, WHITE),
+        Object("prism", upright(corners[::-1], 0.002, 0.25), flint),
+        Object("ball", icosphere((0.55, 0.162, -0.3), 0.16, 5), flint),
+    ], [SpotLight("beam", (-2.2, 0.75, z), (x, 0.13, z), (140.0, 140.0, 140.0), 0.7, 0.9),
+        SpotLight("lamp", (1.6, 1.4, -1.1), (0.55, 0.16, -0.3), (5.0, 5.0, 5.0), 9.0, 10.0)],
+        environment=(0.04, 0.04, 0.05))
+
+
 def sky_image(width: int, height: int) -> Image:
     """A clear sky over dark ground, with a hazy sun of a few degrees at 45 degrees above +x and +z. Halves hold it exactly
     to 11 bits."""
@@ -517,6 +543,6 @@ def scenes() -> list[Scene]:
         rough_glass(), frosted(), smooth_normals(), demo(),
         eye("eye", False), eye("eye_small", True),
         water("water", 0.3), water("water_small", 0.005), water_glass(), lumpy(),
-        window("window", 0.3), window("window_small", 0.005), pane_sphere(), sky(), water_glass_sky(), stained_glass("stained_glass", 0.1),
+        window("window", 0.3), window("window_small", 0.005), pane_sphere(), prism(), sky(), water_glass_sky(), stained_glass("stained_glass", 0.1),
         stained_glass("stained_glass_large", 0.8),
     ]

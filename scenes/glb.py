@@ -106,6 +106,8 @@ def untextured_json(material) -> dict:
                        "KHR_materials_transmission": {"transmissionFactor": 1},
                        "KHR_materials_volume": volume},
     }
+    if material.abbe:
+        out["extensions"]["KHR_materials_dispersion"] = {"dispersion": rounded(20 / material.abbe)}
     if material.exterior != 1.0:
         out["extras"] = {"caustica": {"exterior_ior": rounded(material.exterior)}}
     return out

@@ -32,7 +32,8 @@ class Glass:
     """Boundary of a solid: index `ior` behind the surface, `exterior` before it.
 
     `roughness` is perceptual (GGX alpha is its square). `attenuation` is the colour that white
-    becomes after one metre of glass, or None for clear glass. `texture` colours what crosses the boundary.
+    becomes after one metre of glass, or None for clear glass. `texture` colours what crosses the boundary. `abbe` says how
+    little the index varies over the spectrum, None that it does not.
     """
 
     name: str
@@ -41,6 +42,7 @@ class Glass:
     attenuation: Optional[Vec3] = None
     exterior: float = 1.0
     texture: Optional[Texture] = None
+    abbe: Optional[float] = None
 
 
 @dataclass(frozen=True)

@@ -81,6 +81,15 @@ def box(low: Vec3, high: Vec3, inward: bool = False) -> Mesh:
                           (0.0, 0.0, half[2]), inward)
 
 
+def upright(corners: list[tuple[float, float]], low: float, high: float) -> Mesh:
+    """A convex polygon of (z, x), counter-clockwise seen from above, between two heights."""
+    n = len(corners)
+    rings = [[(x, y, z) for z, x in corners] for y in (low, high)]
+    caps = [t for i in range(1, n - 1) for t in ((0, i + 1, i), (n, n + i, n + i + 1))]
+    sides = [t for i in range(n) for j in [(i + 1) % n] for t in ((i, j, n + j), (i, n + j, n + i))]
+    return Mesh(rings[0] + rings[1], caps + sides)
+
+
 def turned_box(center: Vec3, half: Vec3, degrees: float) -> Mesh:
     """Turned about y."""
     c, s = cos(degrees * pi / 180), sin(degrees * pi / 180)

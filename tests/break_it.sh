@@ -37,8 +37,8 @@ mutation("connect: cosine at the light vertex", "src/transport/connect.rs",
          "let geometry = a.cos_s(w) * (1.0 / d2) as f32 * b.incident_adjoint();",
          ("agreement", "techniques_on_diffuse"))
 mutation("next event: cosine at the vertex, BDPT", "src/transport/connect.rs",
-         "let mut value = a.beta * scattering.f * a.cos_s(light.wi) * light.incident;",
-         "let mut value = a.beta * scattering.f * light.incident;",
+         "let mut value = a.beta * scattering.f * a.cos_s(light.wi) * light.incident * self",
+         "let mut value = a.beta * scattering.f * light.incident * self",
          ("closed_forms", "point_light"))
 mutation("next event: cosine at the vertex, path tracer", "src/integrator/path.rs",
          "scattering.f * at.ns.dot(light.wi).abs() * light.incident",
@@ -50,8 +50,8 @@ mutation("next event: cosine at the light", "src/emitter/mod.rs",
          "        let incident = scale(emitted, link.geometry.abs() / away / densities.direct);",
          ("closed_forms", "unequal_lights"))
 mutation("to camera: cosine", "src/transport/connect.rs",
-         "let mut value = b.beta * scattering.f * (forward as f32 * b.incident_adjoint());",
-         "let mut value = b.beta * scattering.f * (seen.density as f32 * b.incident_adjoint());",
+         "let mut value = b.beta * scattering.f * (forward as f32 * b.incident_adjoint()) *",
+         "let mut value = b.beta * scattering.f * (seen.density as f32 * b.incident_adjoint()) *",
          ("agreement", "techniques_on_diffuse"))
 mutation("emission: cosine", "src/emitter/mod.rs",
          "let beta = scale(emitted, cos / (position * direction_density));",
@@ -184,6 +184,18 @@ mutation("lens: seen by another point of it", "src/integrator/bdpt.rs",
 mutation("Embree: what was elsewhere is kept", "src/scene/fingerprint.rs",
          'let _ = write!(h, "{sphere}{:?}", i.transform);', 'let _ = write!(h, "{sphere}");',
          ("job", "a_commit_shares"), ("job", "an_editable_commit"))
+mutation("dispersion: no colour of chains", "src/transport/connect.rs",
+         "chain.shapes[..chain.len].iter().any(|&shape| self.disperses(shape))", "false",
+         ("spectrum", "each_band"), ("caustic", "dispersive_ball"))
+mutation("dispersion: no colour of hits", "src/transport/subpath.rs",
+         "value: walk.beta * radiance * self.color(walk.dispersed),", "value: walk.beta * radiance,",
+         ("spectrum", "a_wedge"), ("caustic", "dispersive_ball"))
+mutation("dispersion: the geometry term of the yellow line", "src/transport/edge.rs",
+         "edge.densities(self.media, self.options", "edge.densities(&self.world.media, self.options",
+         ("spectrum", "each_band"))
+mutation("dispersion: blue is bent least", "src/math/spectrum.rs",
+         "inverse_square(wavelength) - inverse_square(D)", "inverse_square(D) - inverse_square(wavelength)",
+         ("spectrum", "a_wedge"), ("lib", "the_index_of_a_glass"))
 mutation("camera: the film of a region as large as the frame", "src/camera/mod.rs",
          "4.0 * half_width * half_height * share,", "4.0 * half_width * half_height * share.max(1.0),",
          ("caustic", "a_region"), ("lib", "a_region_is_a_smaller_film"))
@@ -207,8 +219,8 @@ mutation("limit: what is left out is not told", "src/integrator/mod.rs",
 mutation("limit: lamps that the camera sees are cut, BDPT", "src/integrator/bdpt.rs",
          "hit.weight as f32, hit.scattered)", "hit.weight as f32, true)", ("job", "clamped_light"))
 mutation("limit: lamps that the camera sees are cut, path tracer", "src/integrator/path.rs",
-         "to_area;\n                    pdf_a / (pdf_a + densities.direct)\n                });\n                out.add(beta * emitted * weight as f32 * share(caustic), seen);",
-         "to_area;\n                    pdf_a / (pdf_a + densities.direct)\n                });\n                out.add(beta * emitted * weight as f32 * share(caustic), true);",
+         "to_area;\n                    pdf_a / (pdf_a + densities.direct)\n                });\n                out.add(beta * emitted * weight as f32 * share(caustic) * tracer.color(dispersed), seen);",
+         "to_area;\n                    pdf_a / (pdf_a + densities.direct)\n                });\n                out.add(beta * emitted * weight as f32 * share(caustic) * tracer.color(dispersed), true);",
          ("job", "clamped_light"))
 mutation("limit: lamps behind frosted glass are not cut", "src/transport/subpath.rs",
          "sample.connectable || sample.microfacet.is_some();", "sample.connectable;", ("job", "lamps_that_are_seen"))
@@ -229,7 +241,7 @@ mutation("features: colour as radiance in a medium", "src/integrator/feature.rs"
 mutation("features: past what is in part a mirror", "src/integrator/feature.rs",
          " && hit.segments <= until", "", ("features", "see_the_same"))
 mutation("features: what glass shows without its colour", "src/integrator/feature.rs",
-         "feature.see(vertex.beta * albedo * ", "feature.see(albedo * ", ("features", "behind_a_pane"))
+         "vertex.beta * albedo * ", "albedo * ", ("features", "behind_a_pane"))
 mutation("features: normals of the surface's own side", "src/integrator/feature.rs",
          "if normal.dot(wo) < 0.0 { -normal }", "if normal.dot(wo) < -2.0 { -normal }", ("features", "its_side"))
 mutation("features: lamps are not seen", "src/integrator/feature.rs",

@@ -566,6 +566,13 @@ static void commit_errors(void) {
     TRUE(detail.object_kind == CAUSTICA_OBJECT_MATERIAL && detail.object_id == material.id);
     TRUE(strcmp(detail.parameter, "color.b") == 0 || strcmp(detail.parameter, "color[2]") == 0);
     md = material_desc();
+    md.model = CAUSTICA_MATERIAL_DIELECTRIC;
+    md.abbe_number_outside = 0.5f;
+    EXPECT(CAUSTICA_OK, caustica_material_set(device, material, &md));
+    EXPECT(INVALID, caustica_scene_commit(device, scene, NULL));
+    EXPECT(CAUSTICA_OK, caustica_last_error(device, &detail));
+    TRUE(strcmp(detail.parameter, "abbe_number_outside") == 0);
+    md = material_desc();
     EXPECT(CAUSTICA_OK, caustica_material_set(device, material, &md));
     EXPECT(CAUSTICA_OK, caustica_scene_commit(device, scene, NULL));
 }

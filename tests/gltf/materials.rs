@@ -66,6 +66,21 @@ fn defaults_are_those_of_the_specification() {
 }
 
 #[test]
+fn dispersion_is_twenty_over_the_abbe_number() {
+    let glass = |dispersion: Value| {
+        let mut glass = glass();
+        glass["extensions"]["KHR_materials_dispersion"] = dispersion;
+        glass
+    };
+    assert_eq!(model(glass(json!({"dispersion": 0.5}))).abbe, 40.0);
+    for none in [json!({}), json!({"dispersion": 0}), json!({"dispersion": 1e-300})] {
+        assert_eq!(model(glass(none)).abbe, 0.0);
+    }
+    let wrong = glass(json!({"dispersion": -1}));
+    assert_eq!(with(wrong).error(), "material 0: dispersion is -1; expected a number, not below 0");
+}
+
+#[test]
 fn factors_are_read() {
     let found = model(json!({
         "name": "all",

@@ -96,6 +96,7 @@ fn emits(d: &Description, material: usize) -> bool {
 }
 
 fn surface(material: &Material) -> String {
+    let abbe = |abbe: f32| if abbe == 0.0 { String::new() } else { format!(", Abbe number {abbe:.1}") };
     let glass = |name: &str, ior: f32, roughness: f32| match roughness {
         0.0 => format!("smooth {name}, ior {ior}"),
         r => format!("rough {name}, ior {ior}, roughness {r}"),
@@ -105,6 +106,7 @@ fn surface(material: &Material) -> String {
         Scattering::Dielectric { inside, outside, roughness, .. } => {
             let text = glass("dielectric", inside.ior, roughness);
             let text = if outside.ior == 1.0 { text } else { format!("{text} in ior {}", outside.ior) };
+            let text = text + &abbe(inside.abbe);
             if inside.absorption == Rgb::ZERO { text } else { text + ", absorbing" }
         }
         Scattering::ThinDielectric { ior, roughness, .. } => glass("thin dielectric", ior, roughness),
@@ -122,7 +124,7 @@ fn surface(material: &Material) -> String {
                 (true, true) => "solid",
                 (true, false) => "absorbing solid",
             };
-            format!("{text}, {body}, transmission {}, ior {}", m.transmission, m.ior)
+            format!("{text}, {body}, transmission {}, ior {}{}", m.transmission, m.ior, abbe(m.abbe))
         }
     }
 }
