@@ -186,10 +186,13 @@ mutation("Embree: what was elsewhere is kept", "src/scene/fingerprint.rs",
          ("job", "a_commit_shares"), ("job", "an_editable_commit"))
 mutation("dispersion: no colour of chains", "src/transport/connect.rs",
          "chain.shapes[..chain.len].iter().any(|&shape| self.disperses(shape))", "false",
-         ("spectrum", "each_band"), ("caustic", "dispersive_ball"))
+         ("spectrum", "each_band"))
 mutation("dispersion: no colour of hits", "src/transport/subpath.rs",
          "value: walk.beta * radiance * self.color(walk.dispersed),", "value: walk.beta * radiance,",
-         ("spectrum", "a_wedge"), ("caustic", "dispersive_ball"))
+         ("spectrum", "a_wedge"))
+mutation("dispersion: the colour of both subpaths", "src/transport/connect.rs",
+         "self.color(a.dispersed || self.chain_disperses(chain));",
+         "self.color(a.dispersed) * self.color(self.chain_disperses(chain));", ("caustic", "dispersive_ball"))
 mutation("dispersion: the geometry term of the yellow line", "src/transport/edge.rs",
          "edge.densities(self.media, self.options", "edge.densities(&self.world.media, self.options",
          ("spectrum", "each_band"))
