@@ -181,6 +181,8 @@ mutation("lens: its film in the middle", "src/camera/mod.rs",
 mutation("lens: seen by another point of it", "src/integrator/bdpt.rs",
          "tracer.to_camera(&camera, j);", "tracer.to_camera(&view.camera, j);",
          ("lens", "a_small_patch"))
+mutation("hash: numbers by FNV's product", "src/math/hash.rs",
+         "self.0 = mix(self.0 ^ x).wrapping_add(1);", "self.step(x); self.0 ^= self.0 >> 32;", ("lib", "faces_of_a_box"))
 mutation("Embree: what was elsewhere is kept", "src/scene/fingerprint.rs",
          'let _ = write!(h, "{sphere}{:?}", i.transform);', 'let _ = write!(h, "{sphere}");',
          ("job", "a_commit_shares"), ("job", "an_editable_commit"))

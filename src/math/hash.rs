@@ -1,5 +1,6 @@
 //! A hash that is the same on every machine and for every compiler.
 
+use super::mix;
 use std::fmt::Write;
 
 /// After FNV-1a, 64 bits (Fowler, Noll, Vo 1991): stable by definition, unlike the standard library's.
@@ -23,13 +24,12 @@ impl Fnv {
         self.0 = (self.0 ^ x).wrapping_mul(0x0000_0100_0000_01b3);
     }
 
-    /// Three numbers at once, for speed: the upper half of the sum is folded into the lower, where a product alone would
-    /// not carry it.
+    /// Three numbers at once, for speed, and with all bits spread over all others: by FNV's product, squares that differ in
+    /// signs had equal sums.
     #[inline]
     pub fn triple(&mut self, [a, b, c]: [u32; 3]) {
         for x in [u64::from(a) | u64::from(b) << 32, u64::from(c)] {
-            self.step(x);
-            self.0 ^= self.0 >> 32;
+            self.0 = mix(self.0 ^ x).wrapping_add(1);
         }
     }
 
@@ -49,6 +49,31 @@ impl Write for Fnv {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Faces of a box, as four corners each: those that share a corner and differ in the order of their sides had the same sum.
+    #[test]
+    fn faces_of_a_box_differ() {
+        let low = [-0.1f32, -1.25, -1.25];
+        let add = |p: [f32; 3], axis: usize, by: f32| {
+            let mut p = p;
+            p[axis] += by;
+            p
+        };
+        let mut seen = std::collections::BTreeSet::new();
+        for (from, a, b) in (0..64).flat_map(|from| (0..9).map(move |ab| (from, ab / 3, ab % 3))) {
+            let scale = [0.2f32, 2.5, 2.5];
+            let corner = (0..3).fold(low, |p, axis| add(p, axis, scale[axis] * ((from >> (2 * axis)) % 4) as f32));
+            let corners = [
+                corner,
+                add(corner, a, scale[a]),
+                add(add(corner, a, scale[a]), b, scale[b]),
+                add(corner, b, scale[b]),
+            ];
+            let mut h = Fnv::default();
+            corners.iter().for_each(|p| h.triple(p.map(f32::to_bits)));
+            assert!(seen.insert(h.value()), "{corners:?}");
+        }
+    }
 
     /// Each bit of each number counts, also where several change.
     #[test]
