@@ -264,11 +264,11 @@ caustica_result caustica_texture_release(caustica_device* device, caustica_textu
 enum {
     CAUSTICA_MATERIAL_DIFFUSE = 1,         /* Lambertian, both sides; uses color */
     CAUSTICA_MATERIAL_DIELECTRIC = 2,      /* boundary of a refracting solid or liquid; uses color, roughness,
-                                              ior, ior_outside, absorption, absorption_outside */
+                                              ior, ior_outside, absorption, absorption_outside, abbe_number, abbe_number_outside */
     CAUSTICA_MATERIAL_THIN_DIELECTRIC = 3, /* a sheet that transmits straight on; uses color, roughness, ior */
     CAUSTICA_MATERIAL_CONDUCTOR = 4,       /* a metal; uses color, roughness */
-    CAUSTICA_MATERIAL_METALLIC_ROUGHNESS = 5 /* glTF 2.0 with KHR_materials_ior, _specular, _transmission and
-                                                _volume; uses all but ior_outside, absorption_outside */
+    CAUSTICA_MATERIAL_METALLIC_ROUGHNESS = 5 /* glTF 2.0 with KHR_materials_ior, _specular, _transmission,
+                                                _volume and _dispersion; uses all but those of the outside */
 };
 
 /* Every model may emit. "Inside" is behind the surface, against its normal. */
@@ -307,8 +307,8 @@ typedef struct caustica_material_desc {
     uint32_t reserved;
     float texture_transform[6];                  /* two rows of three: (u', v') = M (u, v, 1) finds the texels of
                                                     all four; all 0: the identity */
-    float abbe_number;          /* dispersion: V_d = (n_d - 1) / (n_F - n_C), 20 to 95 for glasses, `ior` being n_d; 0: the
-                                   index is the same for all light. Not of thin dielectrics */
+    float abbe_number;          /* dispersion: V_d = (n_d - 1) / (n_F - n_C), 20 to 95 for glasses, 1 to 1e6, `ior` being
+                                   n_d; 0: the index is the same for all light. Of no effect in thin sheets */
     float abbe_number_outside;  /* dielectric: of the medium outside */
 } caustica_material_desc;
 
@@ -390,7 +390,8 @@ caustica_result caustica_instance_remove(caustica_device* device, caustica_insta
 enum {
     CAUSTICA_BUILD_STATIC = 1,  /* fast renders: the default. A change of geometry builds all of it again */
     CAUSTICA_BUILD_EDITABLE = 2 /* fast commits: large meshes are built one by one, and kept while they stay where they
-                                   are. Renders take up to a quarter longer, most where many meshes overlap. By Embree */
+                                   are. Renders take up to about a quarter longer, most where many meshes overlap. Embree's
+                                   alone: obvhs builds all again */
 };
 
 /* From the next commit on. */

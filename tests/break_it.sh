@@ -190,7 +190,7 @@ mutation("dispersion: no colour of chains", "src/transport/connect.rs",
          "chain.shapes[..chain.len].iter().any(|&shape| self.disperses(shape))", "false",
          ("spectrum", "each_band"))
 mutation("dispersion: no colour of hits", "src/transport/subpath.rs",
-         "value: walk.beta * radiance * self.color(walk.dispersed),", "value: walk.beta * radiance,",
+         "value: white * self.color(walk.dispersed),", "value: white,",
          ("spectrum", "a_wedge"))
 mutation("dispersion: the colour of both subpaths", "src/transport/connect.rs",
          "self.color(a.dispersed || self.chain_disperses(chain));",

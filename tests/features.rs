@@ -101,9 +101,16 @@ fn what_is_behind_a_pane_is_seen_through_it() {
 fn what_is_in_water_is_seen_from_above_and_from_within() {
     // The water ends at z = 1, before or behind the camera.
     for [low, high] in [[-99.0, 1.0], [1.0, 99.0]] {
-        for (color, lamp) in [(COLOR, Rgb::ZERO), (Rgb::ZERO, COLOR)] {
+        // Nor has it that of the bands in which it is seen.
+        for (color, lamp, abbe) in [(COLOR, Rgb::ZERO, 0.0), (Rgb::ZERO, COLOR, 0.0), (Rgb::ZERO, COLOR, 60.0)] {
             let b = wall(Scattering::Diffuse { reflectance: color }, lamp, |b| {
-                let water = b.glass(1.33, 0.0);
+                let inside = Medium { abbe, ..Medium::new(1.33, Rgb::ZERO) };
+                let water = b.material(Scattering::Dielectric {
+                    inside,
+                    outside: Medium::VACUUM,
+                    roughness: 0.0,
+                    tint: Rgb::ONE,
+                });
                 b.cuboid(Vec3::new(-99.0, -99.0, low), Vec3::new(99.0, 99.0, high), false, water);
             });
             let reflected = (0.33f32 / 2.33).powi(2);

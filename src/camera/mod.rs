@@ -111,7 +111,7 @@ pub struct Camera {
     pixels: Vec2,
     /// The film's edges in pixels of the frame: left and top, right and bottom.
     film: [Vec2; 2],
-    /// The frame's middle, to the right and up, in the unit of `half_frame`.
+    /// The frame's middle, to the right and down, in the unit of `half_frame`.
     middle: Vec2,
     lens: Option<Lens>,
 }

@@ -32,7 +32,7 @@ impl Feature {
         let until = first.map_or(u32::MAX, |vertex| vertex.segments);
         for hit in tracer.emitter_hits.iter().filter(|hit| hit.vertices == 0 && hit.segments <= until) {
             let normal = if let Endpoint::Surface(at) = &hit.light.at { at.ns } else { Vec3::ZERO };
-            feature.see(hit.value * color_scale(tracer.media, start, hit.medium), normal, hit.direction);
+            feature.see(hit.white * color_scale(tracer.media, start, hit.medium), normal, hit.direction);
         }
         if let Some(vertex) = first {
             let albedo = tracer.material(vertex, TransportMode::Radiance).albedo();

@@ -2,12 +2,14 @@
 
 use super::pilot;
 use super::{Cancel, Integrator, RenderError, Settings, samples, settings};
-use crate::camera::Region;
+use crate::camera::{Camera, Region};
 use crate::integrator::bdpt::View;
 use crate::integrator::{Observer, Sample};
+use crate::math::{Sampler, Stream};
 use crate::scene::World;
 use crate::transport::Tracer;
 use crate::transport::walk_count::WalkCount;
+use std::borrow::Cow;
 
 /// Draws samples as [`super::render`] with the same settings draws them, bit for bit.
 pub struct Probe<'w> {
@@ -43,9 +45,10 @@ impl<'w> Probe<'w> {
         Ok(sample)
     }
 
-    /// The camera.
-    pub fn view(&self) -> &View {
-        &self.view
+    /// The camera of one sample of the pixel in column `x` and row `y` of the frame.
+    pub fn camera(&self, x: u32, y: u32, index: u32) -> Cow<'_, Camera> {
+        let number = self.view.region.number(x, y).map_or(0, |pixel| self.view.number(pixel));
+        self.view.camera.sample(&mut Sampler::new(self.settings.seed, number, index, Stream::Camera))
     }
 
     /// What traces, with the materials as this render sees them: rough glass may be walked through.

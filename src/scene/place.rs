@@ -20,7 +20,8 @@ pub(super) fn place(
     let mut known: HashMap<u64, Shape> = kept.collect();
     let mut shapes = reserve(d.instances.len())?;
     for (index, (instance, hash)) in d.instances.iter().zip(hashes).enumerate() {
-        if let Some(shape) = known.get(hash) {
+        // What is no such thing has another hash but for chance.
+        if let Some(shape) = known.get(hash).filter(|shape| is_alike(shape, instance.geometry, meshes)) {
             shapes.push(shape.clone());
             continue;
         }
@@ -40,6 +41,19 @@ pub(super) fn place(
         });
     }
     Ok(shapes)
+}
+
+/// Whether it may be that.
+fn is_alike(shape: &Shape, geometry: Geometry, meshes: &[Arc<MeshDescription>]) -> bool {
+    match (shape, geometry) {
+        (Shape::Mesh(placed), Geometry::Mesh(mesh)) => {
+            let mesh = &meshes[mesh];
+            (placed.positions.len(), placed.normals.len(), placed.triangles.len())
+                == (mesh.positions.len(), mesh.normals.len(), mesh.triangles.len())
+        }
+        (Shape::Sphere(_), Geometry::Sphere { .. }) => true,
+        _ => false,
+    }
 }
 
 /// Things worth telling of the shapes; once for each mesh. `media` of each material: inside and outside, if it refracts.

@@ -12,7 +12,13 @@ const FAR: f64 = 8.0;
 pub(super) fn origin(d: &Description) -> DVec3 {
     let Some((low, high)) = d.bounds() else { return DVec3::ZERO };
     let (center, radius) = (low * 0.5 + high * 0.5, (high - low).length() * 0.5);
-    if center.length() > FAR * radius && center.is_finite() { center } else { DVec3::ZERO }
+    if !(center.length() > FAR * radius && center.is_finite()) {
+        return DVec3::ZERO;
+    }
+    // On a grid of the scene's size, so that it stays where it is when an edit changes the box a little.
+    let cell = radius.log2().ceil().exp2();
+    let snapped = (center / cell).round() * cell;
+    if cell > 0.0 && snapped.is_finite() { snapped } else { center }
 }
 
 /// The description with `origin` as its origin; its meshes are left out, since they do not change.
@@ -68,6 +74,8 @@ mod tests {
         let far = sphere_at(DVec3::new(1e6, -2e6, 3e6));
         let o = origin(&far);
         assert_eq!(o, DVec3::new(1e6, -2e6, 3e6));
+        // It stays where the box changes a little.
+        assert_eq!(origin(&sphere_at(DVec3::new(1e6 + 0.5, -2e6, 3e6 - 0.25))), o);
         let near = moved(&far, o);
         assert_eq!(near.instances[0].transform.translation, DVec3::ZERO);
         assert!(matches!(near.lights[0].kind, LightKind::Point { position, .. } if position == DVec3::Y));

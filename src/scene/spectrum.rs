@@ -1,8 +1,9 @@
 //! Glass whose index varies over the spectrum: a sample sees all of the scene in light of one band.
 
 use super::description::{Material, Medium, Scattering};
-use super::textured;
+use super::place::reserve;
 use super::world::walked;
+use super::{SceneError, textured};
 use crate::math::Rgb;
 use crate::math::spectrum::{self, bands};
 use crate::scatter::Bsdf;
@@ -15,7 +16,7 @@ pub struct Band {
     pub color: Rgb,
     /// In place of [`super::World::media`].
     pub media: Vec<Medium>,
-    /// In place of [`super::World::bsdfs`].
+    /// Materials whose index varies, in place of those of [`super::World::bsdfs`].
     pub bsdfs: Vec<Bsdf>,
     /// In place of those of [`super::World::walked`].
     pub walked: Option<Vec<Bsdf>>,
@@ -25,8 +26,8 @@ pub struct Band {
 pub struct Spectrum {
     /// From violet to red.
     pub bands: Vec<Band>,
-    /// By material: whether its index varies.
-    pub dispersive: Vec<bool>,
+    /// By material: which of a band's it is, if its index varies.
+    pub dispersive: Vec<Option<u32>>,
 }
 
 impl Medium {
@@ -70,18 +71,42 @@ impl Scattering {
 
 impl Spectrum {
     /// If any of the materials disperses; `with_walked` materials, if the world has those.
-    pub(super) fn new(materials: &[Material], media: &[Medium], with_walked: bool) -> Option<Spectrum> {
-        let dispersive: Vec<bool> = materials.iter().map(|m| m.scattering.disperses()).collect();
-        if !dispersive.contains(&true) {
-            return None;
-        }
-        let band = |spectrum::Band { wavelength, color }| {
-            let materials: Vec<Material> =
-                materials.iter().map(|m| Material { scattering: m.scattering.at(wavelength), ..m.clone() }).collect();
-            let bsdfs: Vec<Bsdf> = materials.iter().map(textured::factors).collect();
-            let media = media.iter().map(|medium| medium.at(wavelength)).collect();
-            Band { wavelength, color, media, walked: walked(&materials, &bsdfs).filter(|_| with_walked), bsdfs }
+    pub(super) fn new(
+        materials: &[Material],
+        media: &[Medium],
+        with_walked: bool,
+    ) -> Result<Option<Spectrum>, SceneError> {
+        let mut count = 0;
+        let mut position = |m: &Material| {
+            let disperses = m.scattering.disperses();
+            count += u32::from(disperses);
+            disperses.then(|| count - 1)
         };
-        Some(Spectrum { bands: bands().into_iter().map(band).collect(), dispersive })
+        let dispersive: Vec<_> = materials.iter().map(&mut position).collect();
+        if count == 0 {
+            return Ok(None);
+        }
+        let spectrum = bands();
+        let mut bands = reserve(spectrum.len())?;
+        for spectrum::Band { wavelength, color } in spectrum {
+            let mut varied = reserve(count as usize)?;
+            let of_band = |m: &Material| Material { scattering: m.scattering.at(wavelength), ..m.clone() };
+            varied.extend(materials.iter().filter(|m| m.scattering.disperses()).map(of_band));
+            let mut bsdfs = reserve(varied.len())?;
+            bsdfs.extend(varied.iter().map(textured::factors));
+            let walked = with_walked.then(|| walked(&varied, &bsdfs).unwrap_or_else(|| bsdfs.clone()));
+            let media = media.iter().map(|medium| medium.at(wavelength)).collect();
+            bands.push(Band { wavelength, color, media, bsdfs, walked });
+        }
+        Ok(Some(Spectrum { bands, dispersive }))
+    }
+
+    /// Bytes.
+    pub(super) fn memory(&self) -> u64 {
+        let of_band = |band: &Band| {
+            let bsdfs = band.bsdfs.len() + band.walked.as_ref().map_or(0, Vec::len);
+            bsdfs * size_of::<Bsdf>() + size_of_val(&band.media[..])
+        };
+        self.bands.iter().map(of_band).sum::<usize>() as u64
     }
 }

@@ -8,7 +8,7 @@ use glam::{DAffine3, DMat3, DVec3};
 
 /// Embree drops triangles beyond about 1.8e18 without a word (measured, 4.3.3).
 const LARGEST_COORDINATE: f64 = 1e18;
-/// Most heights of its picture by which a film may be moved, and most radii of a lens in the distance of its focus.
+/// Most heights of its picture by which a film may be moved, and most by which a lens may be wider than its focus is away.
 const LARGEST_SHIFT: f64 = 1e3;
 
 /// Names the object while its fields are checked.

@@ -184,7 +184,7 @@ impl World {
             Some(bsdfs) => Some(Walked { glass: Glass::new(&shapes, &shape_material, &bsdfs)?, bsdfs }),
             None => None,
         };
-        let spectrum = Spectrum::new(&description.materials, &media, walked.is_some());
+        let spectrum = Spectrum::new(&description.materials, &media, walked.is_some())?;
         let some_glass = !walked.as_ref().map_or(&glass, |w| &w.glass).bodies().is_empty();
         let requirements = Requirements {
             caustics: some_glass && !lights.is_empty(),
@@ -251,7 +251,13 @@ impl World {
                 Shape::Sphere(_) => size_of::<Sphere>(),
             })
             .sum();
-        geometry as u64 + self.intersector.memory() + self.glass.memory() + self.lights.memory() + self.texture_memory
+        let spectrum = self.spectrum.as_ref().map_or(0, Spectrum::memory);
+        spectrum
+            + geometry as u64
+            + self.intersector.memory()
+            + self.glass.memory()
+            + self.lights.memory()
+            + self.texture_memory
     }
 
     /// The surface at a hit of `ray`, with the shading normal of an image, where there is one.

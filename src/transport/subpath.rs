@@ -42,6 +42,8 @@ const STRAIGHT: f32 = 1e-6;
 pub struct EmitterHit {
     /// Throughput times emitted radiance.
     pub value: Rgb,
+    /// The same without the colour of its band, if it met glass whose index varies.
+    pub white: Rgb,
     /// Weight of s = 0.
     pub weight: f64,
     /// Weight of all techniques that need no light subpath (s <= 1) together.
@@ -94,12 +96,14 @@ pub struct Tracer<'w> {
     pub lights: Arc<Lights>,
     /// Where light subpaths are sent from surfaces, and how often, by shape.
     pub aim: Option<Aim>,
-    /// Compiled materials, as this tracer sees them in this sample.
+    /// Compiled materials, as this tracer sees them.
     bsdfs: &'w [Bsdf],
-    /// Media, likewise.
+    /// Media, in this sample.
     pub media: &'w [Medium],
-    /// In light of what band, if it matters.
+    /// In light of what band this sample is, if it matters.
     band: Option<&'w Band>,
+    /// Its materials.
+    varied: &'w [Bsdf],
     /// Whether these are those of [`World::walked`].
     walked: bool,
     /// Materials made for the vertices of the camera subpath, and of the light subpath.
@@ -180,6 +184,7 @@ impl<'w> Tracer<'w> {
             bsdfs: &world.bsdfs,
             media: &world.media,
             band: None,
+            varied: &[],
             walked: false,
             made: [Vec::new(), Vec::new()],
             glass: &world.glass,
@@ -218,7 +223,7 @@ impl<'w> Tracer<'w> {
 
     /// In light of that band.
     pub fn see_in(&mut self, band: &'w Band) {
-        self.bsdfs = band.walked.as_ref().filter(|_| self.walked).unwrap_or(&band.bsdfs);
+        self.varied = band.walked.as_ref().filter(|_| self.walked).unwrap_or(&band.bsdfs);
         self.media = &band.media;
         self.band = Some(band);
     }
@@ -226,8 +231,13 @@ impl<'w> Tracer<'w> {
     /// Whether the index of a shape's glass varies.
     #[inline]
     pub(crate) fn disperses(&self, shape: u32) -> bool {
-        let Some(spectrum) = &self.world.spectrum else { return false };
-        spectrum.dispersive[self.world.shape_material[shape as usize] as usize]
+        self.varied(shape).is_some()
+    }
+
+    /// Which of a band's materials a shape has, if any.
+    #[inline]
+    fn varied(&self, shape: u32) -> Option<u32> {
+        self.world.spectrum.as_ref()?.dispersive[self.world.shape_material[shape as usize] as usize]
     }
 
     /// The colour of a path that met such glass, or not: what is `dispersed` is light of one band.
@@ -239,7 +249,10 @@ impl<'w> Tracer<'w> {
     /// The compiled material of a shape; of one with textures, its factors.
     #[inline]
     pub fn factors(&self, shape: u32) -> &'w Bsdf {
-        &self.bsdfs[self.world.shape_material[shape as usize] as usize]
+        match self.varied(shape).and_then(|i| self.varied.get(i as usize)) {
+            Some(bsdf) => bsdf,
+            None => &self.bsdfs[self.world.shape_material[shape as usize] as usize],
+        }
     }
 
     /// The material at a point; with textures it is made at `place`.
@@ -606,8 +619,10 @@ impl<'w> Tracer<'w> {
             Departure::Vertex { index, .. } => index + 1,
             _ => 0,
         };
+        let white = walk.beta * radiance;
         self.emitter_hits.push(EmitterHit {
-            value: walk.beta * radiance * self.color(walk.dispersed),
+            value: white * self.color(walk.dispersed),
+            white,
             weight,
             camera_only,
             segments: walk.segments,

@@ -76,6 +76,19 @@ fn dispersion_is_twenty_over_the_abbe_number() {
     for none in [json!({}), json!({"dispersion": 0}), json!({"dispersion": 1e-300})] {
         assert_eq!(model(glass(none)).abbe, 0.0);
     }
+    assert_eq!(model(glass(json!({"dispersion": 80}))).abbe, 1.0);
+    let outer = |extras: Value| {
+        let mut glass = glass(json!({"dispersion": 0.25}));
+        glass["extras"] = json!({ "caustica": extras });
+        with(glass)
+    };
+    let material = outer(json!({"exterior_ior": 1.33, "exterior_dispersion": 0.5})).load().unwrap().description;
+    let Scattering::Dielectric { inside, outside, .. } = material.materials[0].scattering else { panic!() };
+    assert_eq!((inside.abbe, outside.abbe), (80.0, 40.0));
+    assert_eq!(
+        outer(json!({"exterior_dispersion": 0.5})).error(),
+        "material 0: extras.caustica.exterior_ior is missing; exterior_dispersion needs it"
+    );
     let wrong = glass(json!({"dispersion": -1}));
     assert_eq!(with(wrong).error(), "material 0: dispersion is -1; expected a number, not below 0");
 }

@@ -401,6 +401,10 @@ fn cameras_with_lenses() {
     let found = camera(with(json!({"lens_radius": 0, "focus_distance": 2.5})));
     assert_eq!((found.lens, found.shift), (None, DVec2::ZERO));
     assert_eq!(
+        camera_error(with(json!({"lens_radius": 0.01}))),
+        "camera 0: extras.caustica.focus_distance is missing; lens_radius needs it"
+    );
+    assert_eq!(
         camera_error(with(json!({"shift": [1]}))),
         "camera 0: extras.caustica.shift is [1]; expected a list of 2 numbers"
     );

@@ -210,6 +210,11 @@ impl Picture {
         } else {
             scene::camera(cameras, self.camera.as_deref())?
         };
+        if self.view.lens().is_some() && cameras[camera].lens.is_none() {
+            return Err(
+                format!("--lens-radius needs a perspective camera, which '{}' is not", cameras[camera].name).into()
+            );
+        }
         let (width, height) = self.size(aspects.get(camera).copied().flatten());
         Ok(Settings {
             width,

@@ -96,7 +96,8 @@ fn emits(d: &Description, material: usize) -> bool {
 }
 
 fn surface(material: &Material) -> String {
-    let abbe = |abbe: f32| if abbe == 0.0 { String::new() } else { format!(", Abbe number {abbe:.1}") };
+    let disperses = material.scattering.disperses();
+    let abbe = |abbe: f32| if abbe != 0.0 && disperses { format!(", Abbe number {abbe:.1}") } else { String::new() };
     let glass = |name: &str, ior: f32, roughness: f32| match roughness {
         0.0 => format!("smooth {name}, ior {ior}"),
         r => format!("rough {name}, ior {ior}, roughness {r}"),
@@ -105,8 +106,9 @@ fn surface(material: &Material) -> String {
         Scattering::Diffuse { reflectance } => format!("diffuse {}", rgb(reflectance)),
         Scattering::Dielectric { inside, outside, roughness, .. } => {
             let text = glass("dielectric", inside.ior, roughness);
-            let text = if outside.ior == 1.0 { text } else { format!("{text} in ior {}", outside.ior) };
             let text = text + &abbe(inside.abbe);
+            let text = if outside.ior == 1.0 { text } else { format!("{text} in ior {}", outside.ior) };
+            let text = text + &abbe(outside.abbe);
             if inside.absorption == Rgb::ZERO { text } else { text + ", absorbing" }
         }
         Scattering::ThinDielectric { ior, roughness, .. } => glass("thin dielectric", ior, roughness),

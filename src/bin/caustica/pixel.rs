@@ -31,7 +31,7 @@ pub(crate) fn run(args: &Pixel) -> Result<(), Failure> {
     let kinds = (0..world.shapes.len() as u32).map(|shape| kind(probe.tracer().factors(shape))).collect();
     let mut paths = Paths {
         names: Names { world: &world, description: &description, kinds },
-        eye: probe.view().camera.endpoint(),
+        eye: probe.camera(args.x, args.y, settings.first_sample).endpoint(),
         region: settings.region(),
         sample: 0,
         text: String::new(),
@@ -42,6 +42,7 @@ pub(crate) fn run(args: &Pixel) -> Result<(), Failure> {
     // Their sum is below 2^32, or there were no probe.
     for index in settings.first_sample..settings.first_sample + args.spp {
         paths.sample = index;
+        paths.eye = probe.camera(args.x, args.y, index).endpoint();
         let sample = probe.trace(args.x, args.y, index, &mut paths)?;
         if sample.radiance.is_finite() {
             sum += sample.radiance.as_dvec3();

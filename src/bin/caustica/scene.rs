@@ -7,7 +7,7 @@ use crate::{Failure, units};
 use caustica::io::gltf::{self, Loaded};
 use caustica::io::image::read_environment;
 use caustica::math::Rgb;
-use caustica::scene::description::{Camera, Description, Environment};
+use caustica::scene::description::{Camera, Description, Environment, Projection};
 use caustica::scene::{CommitOptions, World};
 use glam::DMat3;
 use std::path::Path;
@@ -73,7 +73,8 @@ pub(crate) fn open(
         scene.cameras.push(camera);
     }
     if let Some(lens) = view.lens() {
-        scene.cameras.iter_mut().for_each(|camera| camera.lens = Some(lens));
+        let perspective = |camera: &&mut Camera| matches!(camera.projection, Projection::Perspective { .. });
+        scene.cameras.iter_mut().filter(perspective).for_each(|camera| camera.lens = Some(lens));
     }
     let world = commit(path, &loaded.description, options)?;
     for warning in loaded.warnings.iter().cloned().chain(world.warnings.iter().map(ToString::to_string)) {

@@ -20,9 +20,10 @@ pub(super) struct Record {
     bytes: AtomicI64,
 }
 
-/// A device of one structure's own, so that its errors and its memory are that structure's alone.
+/// A device of one structure and of those rebuilt from it. Errors and memory are told of the device: who builds holds `building`.
 pub(super) struct Device {
     raw: ffi::RTCDevice,
+    pub(super) building: Mutex<()>,
     /// On the heap: the callbacks hold its address.
     record: Box<Record>,
 }
@@ -86,7 +87,7 @@ impl Device {
             ffi::rtcSetDeviceErrorFunction(raw, Some(on_error), user);
             ffi::rtcSetDeviceMemoryMonitorFunction(raw, Some(on_memory), user);
         }
-        Ok(Device { raw, record })
+        Ok(Device { raw, building: Mutex::new(()), record })
     }
 
     /// The library's version, as `RTC_VERSION` counts.

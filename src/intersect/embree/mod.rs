@@ -11,7 +11,7 @@ use super::{BackendError, Build, Hit, Intersector, failed};
 use crate::geometry::{Mesh, Ray, Shape, Sphere};
 use device::{Device, Scene};
 use std::collections::HashMap;
-use std::sync::Arc;
+use std::sync::{Arc, PoisonError};
 
 /// Oldest usable library: 4.3.0, the first with today's ray layout. The build script asks the same of
 /// the headers.
@@ -67,6 +67,7 @@ impl Embree {
         threads: usize,
     ) -> Result<Embree, BackendError> {
         super::check(shapes)?;
+        let building = device.building.lock().unwrap_or_else(PoisonError::into_inner);
         let known: HashMap<*const Mesh, &Arc<Part>> =
             kept.into_iter().flatten().map(|part| (Arc::as_ptr(&part.mesh), part)).collect();
         let is_sphere = |s: &Shape| if let Shape::Sphere(s) = s { Some(*s) } else { None };
@@ -103,7 +104,9 @@ impl Embree {
             }
         }
         device.commit(&mut scene, threads)?;
+        // Less what a structure held that ended meanwhile.
         let bytes = device.memory().saturating_sub(before) + kept_bytes;
+        drop(building);
         Ok(Embree { scene, parts, device, bytes, _spheres: spheres })
     }
 
@@ -135,7 +138,7 @@ impl Embree {
 impl Intersector for Embree {
     #[inline]
     fn closest(&self, ray: &Ray) -> Option<Hit> {
-        // SAFETY: the scene was committed in `build` and lives as long as `self`.
+        // SAFETY: the scene was committed in `on` and lives as long as `self`.
         unsafe { query::closest(self.scene.raw(), ray) }
     }
 

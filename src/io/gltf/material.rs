@@ -64,11 +64,10 @@ fn convert(
     let transmission = extensions.transmission.unwrap_or_default();
     let volume = extensions.volume.unwrap_or_default();
 
-    let dispersion = match extensions.others.get("KHR_materials_dispersion").and_then(|d| d.get("dispersion")) {
-        Some(value) => value
-            .as_f64()
-            .filter(|d| *d >= 0.0)
-            .ok_or_else(|| object.invalid("dispersion", value, "expected a number, not below 0"))?,
+    let dispersion = extensions.others.get("KHR_materials_dispersion").and_then(|d| d.get("dispersion"));
+    let expected = "expected a number, not below 0";
+    let dispersion = match dispersion {
+        Some(value) => value.as_f64().ok_or_else(|| object.invalid("dispersion", value, expected))?,
         None => 0.0,
     };
 
@@ -87,8 +86,7 @@ fn convert(
         absorption: absorption(&volume, object)
             .or_else(|e| if solid { Err(e) } else { Ok(None) })?
             .unwrap_or(Rgb::ZERO),
-        // The extension's number is 20 over Abbe's. Beyond what is taken for one it makes no difference.
-        abbe: if dispersion * 1e6 > 20.0 { (20.0 / dispersion) as f32 } else { 0.0 },
+        abbe: abbe("dispersion", dispersion, object, warnings)?,
     };
     if model.transmission > 0.0 && (model.specular, model.specular_color) != (1.0, Rgb::ONE) {
         let what = "specularFactor and specularColorFactor are ignored where light is transmitted";
@@ -200,6 +198,18 @@ fn absorption(volume: &json::extensions::material::Volume, object: &Object) -> R
     Ok(Some(object.all_finite("-ln(attenuationColor) / attenuationDistance", coefficient)?.into()))
 }
 
+/// Abbe's number, of which `KHR_materials_dispersion` has 20 times the inverse; 0 for none, or next to none.
+fn abbe(field: &str, dispersion: f64, object: &Object, warnings: &mut Vec<String>) -> Result<f32, GltfError> {
+    const MOST: f64 = 20.0;
+    if !(dispersion >= 0.0) {
+        return Err(object.invalid(field, dispersion, "expected a number, not below 0"));
+    }
+    if dispersion > MOST {
+        warnings.push(format!("{object}: {field} is {dispersion}, and taken for {MOST}"));
+    }
+    Ok(if dispersion < 20.0 * 1e-6 { 0.0 } else { (20.0 / dispersion.min(MOST)) as f32 })
+}
+
 /// The model itself, or the boundary between two media if extras name the outer one.
 fn with_exterior(
     model: MetallicRoughness,
@@ -210,11 +220,14 @@ fn with_exterior(
     let mut extras = Caustica::of(&material.extras, object)?;
     let ior = extras.number("exterior_ior")?;
     let absorption = extras.list("exterior_absorption")?;
+    let dispersion = extras.number("exterior_dispersion")?;
     extras.finish(warnings);
     let Some(ior) = ior else {
-        return match absorption {
-            Some(_) => Err(object.invalid("extras.caustica.exterior_ior", "missing", "exterior_absorption needs it")),
-            None => Ok(Scattering::MetallicRoughness(model)),
+        let needs = |what: &str| object.invalid("extras.caustica.exterior_ior", "missing", format!("{what} needs it"));
+        return match (absorption, dispersion) {
+            (Some(_), _) => Err(needs("exterior_absorption")),
+            (None, Some(_)) => Err(needs("exterior_dispersion")),
+            (None, None) => Ok(Scattering::MetallicRoughness(model)),
         };
     };
     let needs = "extras.caustica.exterior_ior needs a solid dielectric";
@@ -232,7 +245,7 @@ fn with_exterior(
         outside: Medium {
             ior: object.finite("extras.caustica.exterior_ior", ior as f32)?,
             absorption: absorption.map_or(Rgb::ZERO, Rgb::from),
-            abbe: 0.0,
+            abbe: abbe("extras.caustica.exterior_dispersion", dispersion.unwrap_or(0.0), object, warnings)?,
         },
         roughness: model.roughness,
         tint: model.base_color,

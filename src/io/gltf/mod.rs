@@ -14,7 +14,7 @@
 //! analytic sphere in place of the node's mesh; on a scene `{"environment": [r, g, b]}` is a
 //! constant radiance from all around, and `{"environment_image": "sky.exr", "environment_rotation": degrees}` an image
 //! that it multiplies, turned about +y; on a material `{"exterior_ior": n, "exterior_absorption":
-//! [r, g, b]}` names the medium before the surface, for media that touch; on a camera `{"lens_radius": r,
+//! [r, g, b], "exterior_dispersion": d}` names the medium before the surface, for media that touch; on a camera `{"lens_radius": r,
 //! "focus_distance": d, "shift": [x, y]}`.
 
 mod accessor;

@@ -392,7 +392,13 @@ fn convert_camera(
     let aspect = aspect.map(f64::from).filter(|aspect| *aspect > 0.0 && aspect.is_finite());
     let mut extras = Caustica::of(&camera.extras, &object)?;
     let [radius, focus] = [extras.number("lens_radius")?, extras.number("focus_distance")?];
-    let lens = radius.filter(|radius| *radius != 0.0).map(|radius| Lens { radius, focus: focus.unwrap_or(0.0) });
+    let lens = match (radius.filter(|radius| *radius != 0.0), focus) {
+        (Some(radius), Some(focus)) => Some(Lens { radius, focus }),
+        (Some(_), None) => {
+            return Err(object.invalid("extras.caustica.focus_distance", "missing", "lens_radius needs it"));
+        }
+        (None, _) => None,
+    };
     let shift = extras.list("shift")?.map_or(DVec2::ZERO, |shift| Vec2::from_array(shift).as_dvec2());
     extras.finish(warnings);
     Ok((Camera { lens, shift, ..Camera::new(name_of(node, camera), transform, projection) }, aspect))
