@@ -9,7 +9,9 @@
 //! that take turns, on one thread.
 
 use caustica::geometry::Ray;
-use caustica::intersect::{self, Backend, Build, Hit, Intersector};
+use caustica::intersect::{Backend, Hit, Intersector};
+#[cfg(feature = "embree")]
+use caustica::intersect::{Build, build, embree::Embree};
 use caustica::io::gltf;
 use caustica::render::{Cancel, Caustics, Integrator, Settings, render};
 use caustica::scene::{CommitOptions, World};
@@ -128,8 +130,8 @@ fn measure(name: &str) {
 
     #[cfg(feature = "embree")]
     {
-        let embree = caustica::intersect::embree::Embree::build(&plain.shapes, Build::Static, 1).expect("Embree");
-        let editable = intersect::build(Backend::Embree, &plain.shapes, Build::Editable, 1).expect("Embree");
+        let embree = Embree::build(&plain.shapes, Build::Static, 1).expect("Embree");
+        let editable = build(Backend::Embree, &plain.shapes, Build::Editable, 1).expect("Embree");
         let [raw_c, raw_o, again_c, again_o, parts_c, parts_o] = fastest([
             &mut || _ = black_box(embree.bench_raw_closest(&closest)),
             &mut || _ = black_box(embree.bench_raw_occluded(&occluded)),
@@ -182,7 +184,7 @@ fn measure_walks(name: &str) {
     run(&recorded);
     let closest = std::mem::take(&mut *closest.lock().expect("one thread"));
     let plain = world(&scene, Backend::default());
-    let embree = caustica::intersect::embree::Embree::build(&plain.shapes, Build::Static, 1).expect("Embree");
+    let embree = Embree::build(&plain.shapes, Build::Static, 1).expect("Embree");
     let mut best: Option<caustica::render::Statistics> = None;
     let [raw, _] = fastest([&mut || _ = black_box(embree.bench_raw_closest(&closest)), &mut || {
         let statistics = run(&plain);
