@@ -50,31 +50,6 @@ impl Write for Fnv {
 mod tests {
     use super::*;
 
-    /// Faces of a box, as four corners each: those that share a corner and differ in the order of their sides had the same sum.
-    #[test]
-    fn faces_of_a_box_differ() {
-        let low = [-0.1f32, -1.25, -1.25];
-        let add = |p: [f32; 3], axis: usize, by: f32| {
-            let mut p = p;
-            p[axis] += by;
-            p
-        };
-        let mut seen = std::collections::BTreeSet::new();
-        for (from, a, b) in (0..64).flat_map(|from| (0..9).map(move |ab| (from, ab / 3, ab % 3))) {
-            let scale = [0.2f32, 2.5, 2.5];
-            let corner = (0..3).fold(low, |p, axis| add(p, axis, scale[axis] * ((from >> (2 * axis)) % 4) as f32));
-            let corners = [
-                corner,
-                add(corner, a, scale[a]),
-                add(add(corner, a, scale[a]), b, scale[b]),
-                add(corner, b, scale[b]),
-            ];
-            let mut h = Fnv::default();
-            corners.iter().for_each(|p| h.triple(p.map(f32::to_bits)));
-            assert!(seen.insert(h.value()), "{corners:?}");
-        }
-    }
-
     /// Each bit of each number counts, also where several change.
     #[test]
     fn each_bit_of_a_vertex_counts() {

@@ -91,4 +91,27 @@ mod tests {
         };
         assert_ne!(geometry(&mesh(3, 1)), geometry(&mesh(0, 4)));
     }
+
+    /// By FNV's product, two that share a corner and differ in the order of their sides had the same.
+    #[test]
+    fn faces_of_a_box_differ() {
+        let sides = [0.2f32, 2.5, 2.5];
+        let add = |mut p: [f32; 3], axis: usize| {
+            p[axis] += sides[axis];
+            p
+        };
+        let mut seen = std::collections::BTreeSet::new();
+        for (corner, a, b) in (0..8).flat_map(|corner| (0..9).map(move |ab| (corner, ab / 3, ab % 3))) {
+            let low = [-0.1f32, -1.25, -1.25];
+            let from = (0..3).filter(|axis| corner >> axis & 1 == 1).fold(low, add);
+            let mesh = MeshDescription {
+                name: String::new(),
+                positions: vec![from, add(from, a), add(add(from, a), b), add(from, b)],
+                normals: vec![],
+                triangles: vec![[0, 1, 2], [0, 2, 3]],
+                texture_coordinates: vec![],
+            };
+            assert!(seen.insert(geometry(&mesh)), "{:?}", mesh.positions);
+        }
+    }
 }
