@@ -4,7 +4,8 @@ use super::Rgb;
 use glam::{DMat3, DVec3};
 
 /// Most of the spectrum that is one band: as a share of its weight in colours, and in nanometres, which counts at its ends. Not
-/// tuned: of the rainbow of a prism of dense flint, bands at the violet end are apart by the sun's disc, others by a fifth of it.
+/// tuned. Computed behind a prism of dense flint (SF11, 60 degrees): the 76 bands are apart by 0.8 degrees at the violet end, by
+/// 0.1 in the median, a fifth of the sun's disc.
 const MOST_WEIGHT: f64 = 1.0 / 64.0;
 const MOST_WIDE: f64 = 8.0;
 
@@ -13,7 +14,7 @@ const MOST_WIDE: f64 = 8.0;
 pub struct Band {
     /// Mean wavelength, nanometres.
     pub wavelength: f64,
-    /// Colour of light of the band, in linear Rec. 709, where light of all bands is white: their mean is 1. At most some 3.5 in
+    /// Colour of light of the band, in linear Rec. 709, where light of all bands is white: their mean is 1. At most 3.7 in
     /// any channel, and little at the ends.
     pub color: Rgb,
 }
@@ -96,7 +97,7 @@ mod tests {
         assert!(bands.windows(2).all(|pair| apart(pair) > 0.0 && apart(pair) < 2.0 * MOST_WIDE));
         for band in &bands {
             let sum = band.color.element_sum();
-            assert!(sum > 0.0 && sum < 4.0 && band.color.min_element() >= 0.0, "{band:?}");
+            assert!(sum > 0.0 && band.color.max_element() < 3.7 && band.color.min_element() >= 0.0, "{band:?}");
         }
         let at = |wavelength: f64| {
             let near = |band: &&Band| (band.wavelength - wavelength).abs();
@@ -105,7 +106,7 @@ mod tests {
         assert!(
             at(620.0).x > 2.9 && at(540.0).y > 2.0 && at(455.0).z > 2.5,
             "{} {} {}",
-            at(640.0),
+            at(620.0),
             at(540.0),
             at(455.0)
         );
