@@ -13,9 +13,11 @@ pub mod roulette;
 mod search;
 mod sight;
 pub mod subpath;
+pub mod tracer;
 pub mod vertex;
 pub mod walk_count;
 pub mod weight;
 
-pub use subpath::{EmitterHit, Tracer};
+pub use subpath::EmitterHit;
+pub use tracer::Tracer;
 pub use vertex::{LightVertex, Vertex};
